@@ -1,0 +1,85 @@
+"""The robot: names, ranges, home posture, nominal inertias, and its place in a MultibodyPlant."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from scara_drake.resources import resource
+
+Array = NDArray[np.float64]
+
+
+def _constant(values: list[float]) -> Array:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+JOINT_NAMES: Final = ("d1", "theta2", "theta3", "theta4", "theta5", "theta6")
+JOINT_UNITS: Final = ("m", "rad", "rad", "rad", "rad", "rad")
+TOOL_FRAME: Final = "tool"
+
+# Table 2 of the paper, [m] and [rad].
+LOWER: Final = _constant([2.5, -2 * np.pi, -2 * np.pi, -0.75 * np.pi, -0.75 * np.pi, -2 * np.pi])
+UPPER: Final = _constant([10.0, 2 * np.pi, 2 * np.pi, 0.75 * np.pi, 0.75 * np.pi, 2 * np.pi])
+# Reference speeds that the drives are asked for, [m/s] and [rad/s]; see models/README.md.
+MAX_SPEED: Final = _constant([0.5, 1.5, 1.5, 2.0, 3.0, 3.0])
+# Effort limits, [N] and [N m]: enough to move as the experiments ask and to stop.
+EFFORT: Final = _constant([15e3, 8e3, 3e3, 3e3, 500.0, 100.0])
+# SCARA configuration with the tool along -y, away from every limit and singularity.
+HOME: Final = _constant([3.0, -0.5, 0.0, -0.5, 1.0, 0.0])
+
+
+def check_configuration(name: str, q: ArrayLike) -> Array:
+    """Return q as a float array (6,) within the joint ranges.
+
+    Raises:
+        ValueError: wrong shape, not finite, or outside Table 2; names the joint and its range.
+    """
+    array = np.array(q, dtype=np.float64)
+    if array.shape != (6,):
+        raise ValueError(f"{name}: shape {array.shape}, allowed (6,): d1 [m], theta2 .. theta6 [rad]")
+    for joint, unit, value, low, high in zip(
+        JOINT_NAMES, JOINT_UNITS, array, LOWER, UPPER, strict=True
+    ):
+        if not low <= value <= high:  # also refuses NaN
+            raise ValueError(
+                f"{name}: {joint} = {value:g} {unit}, allowed {low:.4g} to {high:.4g} {unit}"
+            )
+    return array
+
+
+def add_scara(plant: MultibodyPlant) -> ModelInstanceIndex:
+    """Add models/scara6.urdf to a plant that is not finalized; its base is welded to the world."""
+    parser = Parser(plant)
+    parser.package_map().AddPackageXml(str(resource("models", "package.xml")))
+    (instance,) = parser.AddModels(str(resource("models", "scara6.urdf")))
+    return instance
+
+
+@lru_cache(maxsize=1)
+def nominal_inertias() -> Array:
+    """Constant nominal inertia m̂ per joint (6,) [kg, kg m²].
+
+    The geometric mean of the diagonal of the mass matrix, drive inertias included, over a fixed
+    sample of the workspace: one number a joint, no model of the dynamics.
+    """
+    plant = MultibodyPlant(time_step=0.0)
+    add_scara(plant)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    samples = np.random.default_rng(0).uniform(LOWER, UPPER, (500, 6))
+    logs = np.empty_like(samples)
+    for row, q in zip(logs, samples, strict=True):
+        plant.SetPositions(context, q)
+        row[:] = np.log(np.diag(plant.CalcMassMatrix(context)))
+    inertias = np.exp(logs.mean(axis=0))
+    inertias.setflags(write=False)
+    return inertias
