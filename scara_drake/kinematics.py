@@ -147,7 +147,9 @@ def _jacobian_batch(q: Array, J_WE: Array) -> None:
 def _configurations(q: ArrayLike) -> Array:
     array = np.ascontiguousarray(q, dtype=np.float64)
     if array.ndim == 0 or array.shape[-1] != 6:
-        raise ValueError(f"q: shape {array.shape}, allowed (..., 6): d1 [m], theta2 .. theta6 [rad]")
+        raise ValueError(
+            f"q: shape {array.shape}, allowed (..., 6): d1 [m], theta2 .. theta6 [rad]"
+        )
     return array
 
 

@@ -41,11 +41,16 @@ def check_configuration(name: str, q: ArrayLike) -> Array:
     """Return q as a float array (6,) within the joint ranges.
 
     Raises:
-        ValueError: wrong shape, not finite, or outside Table 2; names the joint and its range.
+        ValueError: not numbers, wrong shape, not finite, or outside Table 2; names the joint and
+            its range.
     """
-    array = np.array(q, dtype=np.float64)
+    allowed = "allowed (6,): d1 [m], theta2 .. theta6 [rad]"
+    try:
+        array = np.array(q, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: {q!r}, {allowed}") from None
     if array.shape != (6,):
-        raise ValueError(f"{name}: shape {array.shape}, allowed (6,): d1 [m], theta2 .. theta6 [rad]")
+        raise ValueError(f"{name}: shape {array.shape}, {allowed}")
     for joint, unit, value, low, high in zip(
         JOINT_NAMES, JOINT_UNITS, array, LOWER, UPPER, strict=True
     ):
@@ -59,8 +64,8 @@ def check_configuration(name: str, q: ArrayLike) -> Array:
 def add_scara(plant: MultibodyPlant) -> ModelInstanceIndex:
     """Add models/scara6.urdf to a plant that is not finalized; its base is welded to the world."""
     parser = Parser(plant)
-    parser.package_map().AddPackageXml(str(resource("models", "package.xml")))
-    (instance,) = parser.AddModels(str(resource("models", "scara6.urdf")))
+    parser.package_map().AddPackageXml(resource("models", "package.xml"))
+    (instance,) = parser.AddModels(resource("models", "scara6.urdf"))
     return instance
 
 

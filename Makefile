@@ -1,0 +1,40 @@
+# `make run` and `make test` need only git, make and python3 (3.11 or newer).
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: run test test-slow lint lab svg clean
+
+# Installed anew when what is to be installed has changed.
+$(VENV)/.installed: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "python3 is older than 3.11: make PYTHON=python3.12 ..."; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	  --constraint constraints.txt --editable '.[test,notebooks]'
+	touch $@
+
+run: $(VENV)/.installed
+	$(BIN)/scara-drake run teleoperation --set operator.device=auto \
+	  --record runs/teleoperation.nc --html runs/teleoperation.html
+
+test: $(VENV)/.installed lint
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-slow: $(VENV)/.installed
+	$(BIN)/python -m pytest -m slow
+
+lint: $(VENV)/.installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+lab: $(VENV)/.installed
+	$(BIN)/jupyter lab notebooks
+
+# The block diagrams beside the scenarios, drawn from the Diagrams (needs Graphviz).
+svg: $(VENV)/.installed
+	$(BIN)/scara-drake diagrams --render diagrams
+
+clean:
+	rm -rf $(VENV) runs .pytest_cache .mypy_cache .ruff_cache

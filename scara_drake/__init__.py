@@ -1,0 +1,24 @@
+"""Bilateral teleoperation of a 6-DOF SCARA for nuclear dismantling, as a Drake Diagram."""
+
+from importlib.metadata import version
+
+from scara_drake import ik, kinematics
+from scara_drake.diagram import make_diagram
+from scara_drake.recording import load_recording, recording, save_recording
+from scara_drake.scenario import Scenario, load_scenario
+from scara_drake.simulate import simulate
+
+__version__ = version("scara-drake")
+
+__all__ = [
+    "Scenario",
+    "__version__",
+    "ik",
+    "kinematics",
+    "load_recording",
+    "load_scenario",
+    "make_diagram",
+    "recording",
+    "save_recording",
+    "simulate",
+]

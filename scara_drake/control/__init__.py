@@ -1,0 +1,1 @@
+"""Joint controllers: a pure law under each thin LeafSystem."""

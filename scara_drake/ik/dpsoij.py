@@ -1,0 +1,75 @@
+"""DPSO for the first point of a path, the inverse Jacobian for the points that follow it.
+
+Where the paper keeps the position rows (26) alone, and so loses the orientation along the way, all
+rows are used (or the position first, for that task). A point that the inverse Jacobian cannot hold
+is given to DPSO, which looks for the branch nearest to the posture before; the answer is taken only
+if no joint jumps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scara_drake.ik import dpso
+from scara_drake.ik.branches import LOWER, UPPER, best_branch
+from scara_drake.ik.inverse_jacobian import follow_kernel
+from scara_drake.ik.options import DpsoijOptions
+from scara_drake.ik.refine import error_kernel
+from scara_drake.ik.result import (
+    POSITION_TOLERANCE,
+    ROTATION_LENGTH,
+    ROTATION_TOLERANCE,
+    Answer,
+    PathAnswer,
+    Problem,
+)
+
+Array = NDArray[np.float64]
+
+
+def solve(problem: Problem, options: DpsoijOptions) -> Answer:
+    """Solve one target: a path of one point."""
+    return dpso.solve(problem, options)
+
+
+def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
+    """Solve a path without jumps."""
+    first = solve(problems[0], options)
+    p = np.array([problem.p for problem in problems])
+    R = np.array([problem.R for problem in problems])
+    n = len(problems)
+    q, evaluations, steps = np.empty((n, 6)), np.zeros(n, np.int64), np.zeros(n, np.int64)
+    q[0], evaluations[0], steps[0] = first.q, first.evaluations, first.iterations
+    begin = 1
+    # A failed first point or a failed rescue is followed as near as the joints allow.
+    while begin < n:
+        reached = follow_kernel(
+            q[begin - 1], p, R, problems[0].first_joint, problems[0].position_first,
+            ROTATION_LENGTH, LOWER, UPPER, options.max_step, options.max_joint_change,
+            options.max_iterations, begin, True, q, evaluations, steps,
+        )  # fmt: skip
+        if reached < n:
+            rescued = best_branch(
+                replace(problems[reached], start=q[reached - 1].copy()),
+                q[reached - 1],
+                options.starts or 256,
+            )
+            evaluations[reached] += rescued.evaluations
+            steps[reached] += rescued.iterations
+            change = np.abs(rescued.q - q[reached - 1]).max()
+            if change <= options.max_joint_change and _meets(problems[reached], rescued.q):
+                q[reached] = rescued.q
+        begin = reached + 1
+    return PathAnswer(q, evaluations, steps)
+
+
+def _meets(problem: Problem, q: Array) -> bool:
+    position, rotation = error_kernel(q, problem.p, problem.R)
+    return bool(
+        position <= POSITION_TOLERANCE
+        and (problem.position_first or rotation <= ROTATION_TOLERANCE)
+    )

@@ -1,0 +1,232 @@
+"""Options of the methods, checked by name and by value, and the named parameter sets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Final, NamedTuple, TypeVar
+
+import numpy as np
+
+from scara_drake import checks
+
+Options = TypeVar("Options", bound="MethodOptions")
+
+
+class Swarm(NamedTuple):
+    """One particle swarm.
+
+    Attributes:
+        particles: population.
+        iterations: most iterations of a run; 0 only draws and ranks.
+        inertia: weight of the velocity, w in (18) and (24).
+        inertia_damping: factor on the inertia after each iteration, (53).
+        personal: c1 of (18); 0 gives the law (24).
+        social: c2.
+        max_speed: bound of the velocity, as a fraction of the joint's range.
+        stall: a run ends where its best improves less than 2 % in so many iterations; 0 for never.
+        position_weight: weight of |P_d - P| in (25) [1/m].
+        rotation_weight: weight of |O_d - O| in (25) [1/rad].
+    """
+
+    particles: int
+    iterations: int
+    inertia: float
+    inertia_damping: float
+    personal: float
+    social: float
+    max_speed: float
+    stall: int
+    position_weight: float
+    rotation_weight: float
+
+
+class Dpso(NamedTuple):
+    """The stages of DPSO, and of PSO (`single`).
+
+    Attributes:
+        pso1: on the position (22); particles = 0 takes N of (20).
+        pso2: around the best of PSO-1 on (25); particles = 0 takes M of (23).
+        fallback: one swarm with equal weights where PSO-2 stalls.
+        single: the traditional PSO.
+        radius: half width of PSO-2's box [rad].
+        squared: (25) as a sum of squares instead of a sum of lengths.
+        draw: the swarm ahead of the polish, which stands in for PSO-2 and the fallback.
+        best: how many of its particles are polished.
+        steps: least-squares steps of each.
+        budget: a new pass begins only below so many evaluations.
+    """
+
+    pso1: Swarm
+    pso2: Swarm
+    fallback: Swarm
+    single: Swarm
+    radius: float
+    squared: bool
+    draw: Swarm
+    best: int
+    steps: int
+    budget: int
+
+
+# Found by an evolutionary search on targets of their own. Iterating before the polish costs time
+# and gains nothing on this arm, so `draw` only ranks.
+TUNED: Final = Dpso(
+    pso1=Swarm(19, 40, 0.787, 0.9968, 0.77, 1.93, 0.048, 14, 1.0, 0.0),
+    pso2=Swarm(38, 41, 0.655, 0.958, 0.0, 2.34, 0.048, 25, 0.25 * 2.72, 0.75),
+    fallback=Swarm(19, 274, 0.787, 0.9968, 0.77, 1.93, 0.048, 29, 2.72, 1.0),
+    single=Swarm(24, 300, 0.605, 1.0, 0.087, 1.30, 0.155, 46, 2.97, 1.0),
+    radius=0.174,
+    squared=True,
+    draw=Swarm(8, 0, 0.605, 1.0, 0.087, 1.30, 0.155, 0, 1.0, 0.6),
+    best=4,
+    steps=15,
+    budget=400_000,
+)
+
+# The paper's own structure, in one pass. Its Table 7 is lost: inertia, its damping, c1, c2 and the
+# speed bound are assumed.
+PAPER: Final = Dpso(
+    pso1=Swarm(0, 200, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 0.0),
+    pso2=Swarm(0, 200, 1.0, 0.99, 0.0, 2.0, 0.1, 0, 0.25, 0.75),
+    fallback=Swarm(0, 500, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 1.0),
+    single=Swarm(0, 500, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 1.0),
+    radius=0.174,
+    squared=False,
+    draw=Swarm(0, 200, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 0.0),
+    best=8,
+    steps=15,
+    budget=1,
+)
+
+PARAMETERS: Final = {"tuned": TUNED, "paper": PAPER}
+
+
+@dataclass
+class MethodOptions:
+    """Options that every method knows."""
+
+    history: bool = False  # keep the errors of each iteration
+
+    def validate(self) -> None:
+        """Check the values.
+
+        Raises:
+            ValueError: one line that names the option, its value and what is allowed.
+        """
+        _boolean("history", self.history)
+
+
+@dataclass
+class InverseJacobianOptions(MethodOptions):
+    """Options of "inverse_jacobian".
+
+    rows: "full" for all rows of the Jacobian, "position" for the paper's (26).
+    max_step: largest change of a joint in one iteration [rad], [m].
+    """
+
+    rows: str = "full"
+    max_iterations: int = 200
+    max_step: float = 0.5
+
+    def validate(self) -> None:
+        """Check the values; see MethodOptions."""
+        super().validate()
+        checks.choice("rows", self.rows, ("full", "position"))
+        _count("max_iterations", self.max_iterations, 1)
+        checks.number("max_step", self.max_step, math.ulp(0.0))
+
+
+@dataclass
+class SwarmOptions(MethodOptions):
+    """Options of "pso" and "dpso".
+
+    parameters: "tuned", "paper", or a Dpso of one's own.
+    budget: evaluations below which a new pass may begin; None takes the parameter set's.
+    polish: refine the best particles by damped least squares; None means True for "dpso" and for
+        task="position", False for "pso".
+    nearest_to: posture (6,); the answer is the branch nearest to it (among those whose rotation
+        error is within 1e-3 rad of the best), found from `starts` draws.
+    starts: local solutions that nearest_to (default 256) and task="position" (32) compare, always
+        all of them.
+    """
+
+    parameters: str | Dpso = "tuned"
+    budget: int | None = None
+    polish: bool | None = None
+    nearest_to: Any = None
+    starts: int | None = None
+
+    def validate(self) -> None:
+        """Check the values; see MethodOptions."""
+        super().validate()
+        if not isinstance(self.parameters, Dpso):
+            checks.choice("parameters", self.parameters, PARAMETERS)
+        if self.budget is not None:
+            _count("budget", self.budget, 1)
+        if self.polish is not None:
+            _boolean("polish", self.polish)
+        if self.nearest_to is not None:
+            nearest = np.asarray(self.nearest_to, dtype=np.float64)
+            checks.vector("nearest_to", nearest.ravel().tolist(), 6)
+            if self.polish is False:
+                raise ValueError("polish: False, allowed True with nearest_to")
+        if self.starts is not None:
+            _count("starts", self.starts, 1)
+
+    def number_of_starts(self) -> int:
+        """Return `starts` or its default."""
+        return self.starts or (32 if self.nearest_to is None else 256)
+
+    def parameter_set(self) -> Dpso:
+        """Return the parameters, with the budget of these options."""
+        named = self.parameters
+        chosen = named if isinstance(named, Dpso) else PARAMETERS[named]
+        return chosen if self.budget is None else chosen._replace(budget=self.budget)
+
+
+@dataclass
+class DpsoijOptions(SwarmOptions):
+    """Options of "dpsoij": those of its DPSO, and of the path that follows.
+
+    max_step, max_iterations: of the inverse Jacobian, see InverseJacobianOptions.
+    max_joint_change: the largest change of a joint between neighbouring points [rad], [m].
+    """
+
+    max_iterations: int = 60
+    max_step: float = 0.5
+    max_joint_change: float = 0.7
+
+    def validate(self) -> None:
+        """Check the values; see MethodOptions."""
+        super().validate()
+        _count("max_iterations", self.max_iterations, 1)
+        checks.number("max_step", self.max_step, math.ulp(0.0))
+        checks.number("max_joint_change", self.max_joint_change, math.ulp(0.0))
+
+
+def make_options(kind: type[Options], method: str, values: Mapping[str, object]) -> Options:
+    """Build and check the options of a method from keyword arguments.
+
+    Raises:
+        ValueError: an unknown name, with those allowed, or a value outside its range.
+    """
+    allowed = [field.name for field in fields(kind)]
+    for name in values:
+        if name not in allowed:
+            raise ValueError(f"{name}: not an option of {method}, allowed {', '.join(allowed)}")
+    options = kind(**values)  # type: ignore[arg-type]
+    options.validate()
+    return options
+
+
+def _count(name: str, value: int, low: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError(f"{name}: {value}, allowed a whole number of {low} or more")
+    checks.number(name, value, low)
+
+
+def _boolean(name: str, value: bool) -> None:
+    if not isinstance(value, bool):
+        raise ValueError(f"{name}: {value}, allowed True or False")

@@ -1,0 +1,284 @@
+"""One sample of the inverse kinematics in the loop: limit the command, then resolve its rates.
+
+A second-order limiter follows the command with bounded speed and acceleration, so its own state is
+a smooth tool motion (p, v, R, w) whatever the channel delivers. The joints follow it by resolved
+rates, q' = J⁺ (v + gain (p - p(q))): the velocity reference is that q' and the position reference
+its integral, so that the two agree exactly and nothing is differentiated.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scara_drake.ik.inverse_jacobian import joint_rates_kernel
+from scara_drake.kinematics import (
+    REACH,
+    rotation_from_quaternion_kernel,
+    rotation_vector_kernel,
+    tool_pose_kernel,
+)
+
+Array = NDArray[np.float64]
+
+# Layout of the limiter's state: p_WE (3) [m], quaternion of R_WE (4), velocity (3) [m/s], angular
+# velocity (3) [rad/s], mast height [m], mast rate [m/s].
+POSE_SIZE = 7
+MAST = 13
+LIMITER_SIZE = 15
+
+# Values of the status signal.
+TRACKING = 0.0
+HOLDING = 1.0  # the target cannot be reached: the last good answer is held
+REACH_LIMITED = 2.0  # the target is drawn back into the reach of the arm
+
+# The arm is kept this far from its stretched posture, where it loses a direction of motion.
+REACH_LIMIT = 0.98 * REACH  # [m]
+POSITION_TOLERANCE = 5e-3  # [m], E_Tp
+ROTATION_TOLERANCE = 0.0175  # [rad], E_To
+
+
+@njit(cache=True)
+def limit_motion(
+    error: Array,
+    rate: Array,
+    max_speed: float,
+    max_acceleration: float,
+    bandwidth: float,
+    dt: float,
+) -> None:
+    """Advance the rate (n,) of a critically damped follower of `error` (n,), in place.
+
+    Free of its bounds it is e'' + 2 bandwidth e' + bandwidth² e = 0. The wanted speed is also held
+    below sqrt(a |e|), so that the bounded acceleration can stop it at the target.
+    """
+    distance = 0.0
+    for i in range(error.size):
+        distance += error[i] * error[i]
+    distance = np.sqrt(distance)
+    gain = 0.5 * bandwidth
+    speed = min(gain * distance, max_speed, np.sqrt(max_acceleration * distance))
+    scale = speed / distance if distance > 0.0 else 0.0
+    change = 0.0
+    for i in range(error.size):
+        step = 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
+        change += step * step
+    change = np.sqrt(change)
+    shrink = min(1.0, max_acceleration * dt / change) if change > 0.0 else 1.0
+    for i in range(error.size):
+        rate[i] += shrink * 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
+
+
+@njit(cache=True)
+def _turn(quaternion: Array, w: Array, dt: float) -> None:
+    """Turn a unit quaternion (w, x, y, z) by the rotation w dt expressed in W, in place."""
+    angle = dt * np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    c, s = np.cos(0.5 * angle), 0.5 * dt * np.sinc(0.5 * angle / np.pi)
+    x, y, z = s * w[0], s * w[1], s * w[2]
+    qw, qx, qy, qz = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
+    quaternion[0] = c * qw - x * qx - y * qy - z * qz
+    quaternion[1] = c * qx + x * qw + y * qz - z * qy
+    quaternion[2] = c * qy + y * qw + z * qx - x * qz
+    quaternion[3] = c * qz + z * qw + x * qy - y * qx
+    quaternion /= np.sqrt(np.sum(quaternion * quaternion))
+
+
+@njit(cache=True)
+def follow_command(
+    command: Array,
+    limiter: Array,
+    mast_follows: bool,
+    lower: Array,
+    upper: Array,
+    bounds: Array,
+    dt: float,
+) -> bool:
+    """Advance the limiter (15,) one period towards a tool command (8,); return whether cut back.
+
+    The command is p_WE [m], the quaternion of R_WE, and the mast height [m], which is followed
+    only where `mast_follows`. A target beyond the arm's reach from its base is drawn back onto it.
+
+    Args:
+        command: target (8,).
+        limiter: state, see the layout above; in place.
+        mast_follows: whether the mast has a command of its own.
+        lower: lower joint limits (6,), of which the mast's is used.
+        upper: upper joint limits (6,).
+        bounds: (7,) speed [m/s], acceleration [m/s²], turn rate [rad/s], turn acceleration
+            [rad/s²], mast speed [m/s], mast acceleration [m/s²], bandwidth [1/s].
+        dt: period [s].
+    """
+    bandwidth = bounds[6]
+    cut = False
+    if mast_follows:
+        target = min(max(command[7], lower[0]), upper[0])
+        cut = target != command[7]
+        error = np.empty(1)
+        error[0] = target - limiter[13]
+        limit_motion(error, limiter[14:15], bounds[4], bounds[5], bandwidth, dt)
+        limiter[13] += dt * limiter[14]
+    error = np.empty(3)
+    radius = 0.0
+    for i in range(3):
+        # From the arm's base on the mast, where that is known.
+        error[i] = command[i] - (limiter[13] if i == 2 and mast_follows else 0.0)
+        radius += error[i] * error[i]
+    radius = np.sqrt(radius)
+    shrink = 1.0
+    if mast_follows and radius > REACH_LIMIT:
+        shrink = REACH_LIMIT / radius
+        cut = True
+    for i in range(3):
+        error[i] = shrink * error[i] - limiter[i]
+    if mast_follows:
+        error[2] += limiter[13]
+    limit_motion(error, limiter[7:10], bounds[0], bounds[1], bandwidth, dt)
+    R_desired, R = np.empty((3, 3)), np.empty((3, 3))
+    rotation_from_quaternion_kernel(command[3:7], R_desired)
+    rotation_from_quaternion_kernel(limiter[3:7], R)
+    rotation_vector_kernel(R_desired, R, error)
+    limit_motion(error, limiter[10:13], bounds[2], bounds[3], bandwidth, dt)
+    for i in range(3):
+        limiter[i] += dt * limiter[7 + i]
+    _turn(limiter[3:7], limiter[10:13], dt)
+    return cut
+
+
+@njit(cache=True)
+def resolve_rates(
+    limiter: Array,
+    q: Array,
+    mast_follows: bool,
+    position_first: bool,
+    lower: Array,
+    upper: Array,
+    max_rates: Array,
+    gains: Array,
+    dt: float,
+    rates: Array,
+) -> None:
+    """Write the joint rates (6,) that follow the limiter and advance q (6,) by them.
+
+    With `position_first` the tool point is followed exactly and the orientation as near as the
+    remaining joints allow. All rates are scaled together where one would break `max_rates`, and the
+    limiter is slowed by the same factor.
+
+    Args:
+        limiter: state (15,), already advanced by `follow_command`; in place.
+        q: configuration (6,) of the last period; in place.
+        mast_follows: whether the mast has a command of its own.
+        position_first: whether orientation comes second.
+        lower: lower joint limits (6,).
+        upper: upper joint limits (6,).
+        max_rates: bounds of the joint rates (6,).
+        gains: feedback of position and rotation (2,) [1/s].
+        dt: period [s].
+        rates: result (6,).
+    """
+    p, R, R_desired = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    v, w = np.empty(3), np.empty(3)
+    tool_pose_kernel(q, p, R)
+    rotation_from_quaternion_kernel(limiter[3:7], R_desired)
+    rotation_vector_kernel(R_desired, R, w)
+    for i in range(3):
+        # Feedback acts on the error before this period's own motion, which v carries.
+        before = limiter[i] - dt * limiter[7 + i]
+        v[i] = limiter[7 + i] + gains[0] * (before - p[i])
+        w[i] = limiter[10 + i] + gains[1] * (w[i] - dt * limiter[10 + i])
+    first = 1 if mast_follows else 0
+    joint_rates_kernel(q, v, w, first, position_first, limiter[14], lower, upper, rates)
+    scale = 1.0
+    for i in range(6):
+        if abs(rates[i]) > max_rates[i]:
+            scale = min(scale, max_rates[i] / abs(rates[i]))
+    if scale < 1.0:
+        for i in range(3):
+            limiter[i] -= (1.0 - scale) * dt * limiter[7 + i]
+        limiter[13] -= (1.0 - scale) * dt * limiter[14]
+        for i in range(7, 15):
+            if i != 13:
+                limiter[i] *= scale
+    for i in range(6):
+        rates[i] *= scale
+        # A joint that would pass its limit in this period stops there.
+        step = min(max(q[i] + dt * rates[i], lower[i]), upper[i]) - q[i]
+        rates[i] = step / dt
+        q[i] += step
+
+
+@njit(cache=True)
+def reference_rates(
+    limiter: Array,
+    q: Array,
+    mast_follows: bool,
+    position_first: bool,
+    lower: Array,
+    upper: Array,
+    max_rates: Array,
+    rates: Array,
+) -> None:
+    """Write the joint rates (6,) of the limiter's motion at q, without feedback, within bounds."""
+    v, w = limiter[7:10].copy(), limiter[10:13].copy()
+    first = 1 if mast_follows else 0
+    joint_rates_kernel(q, v, w, first, position_first, limiter[14], lower, upper, rates)
+    scale = 1.0
+    for i in range(6):
+        if abs(rates[i]) > max_rates[i]:
+            scale = min(scale, max_rates[i] / abs(rates[i]))
+    rates *= scale
+
+
+@njit(cache=True)
+def rest(limiter: Array, desired: Array) -> None:
+    """Set the rates of the limiter (15,) and of the references (12,) to zero, in place."""
+    limiter[7:13] = 0.0
+    limiter[14] = 0.0
+    desired[6:] = 0.0
+
+
+@njit(cache=True)
+def servo_step(
+    command: Array,
+    limiter: Array,
+    desired: Array,
+    mast_follows: bool,
+    position_first: bool,
+    lower: Array,
+    upper: Array,
+    max_rates: Array,
+    bounds: Array,
+    gains: Array,
+    dt: float,
+) -> float:
+    """Advance limiter (15,) and references (12,) one period, in place; return the status."""
+    q = desired[:6].copy()
+    good = limiter.copy()
+    rates = np.empty(6)
+    cut = follow_command(command, limiter, mast_follows, lower, upper, bounds, dt)
+    resolve_rates(
+        limiter, q, mast_follows, position_first, lower, upper, max_rates, gains, dt, rates
+    )
+    if not pose_reached(limiter, q, position_first):
+        limiter[:] = good
+        rest(limiter, desired)
+        return HOLDING
+    desired[:6] = q
+    desired[6:] = rates
+    return REACH_LIMITED if cut else TRACKING
+
+
+@njit(cache=True)
+def pose_reached(limiter: Array, q: Array, position_only: bool) -> bool:
+    """Return whether the tool of q is within 5 mm, and 0.0175 rad where asked, of the limiter."""
+    p, R, R_desired, w = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    tool_pose_kernel(q, p, R)
+    distance = 0.0
+    for i in range(3):
+        distance += (limiter[i] - p[i]) ** 2
+    if np.sqrt(distance) > POSITION_TOLERANCE:
+        return False
+    if position_only:
+        return True
+    rotation_from_quaternion_kernel(limiter[3:7], R_desired)
+    return rotation_vector_kernel(R_desired, R, w) <= ROTATION_TOLERANCE

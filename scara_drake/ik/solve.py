@@ -1,0 +1,242 @@
+"""The public calls: check the target, run a method, confirm its answer by forward kinematics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scara_drake import checks, kinematics, robot
+from scara_drake.ik import dpso, dpsoij, inverse_jacobian
+from scara_drake.ik.options import (
+    DpsoijOptions,
+    InverseJacobianOptions,
+    MethodOptions,
+    SwarmOptions,
+    make_options,
+)
+from scara_drake.ik.result import (
+    CONVERGED,
+    JOINT_LIMITS,
+    NOT_ATTAINABLE,
+    NOT_CONVERGED,
+    OUT_OF_REACH,
+    POSITION_TOLERANCE,
+    ROTATION_TOLERANCE,
+    Answer,
+    IkPath,
+    IkResult,
+    PathAnswer,
+    Problem,
+)
+
+Array = NDArray[np.float64]
+
+JOINTS: Final = ("full", "arm")
+TASKS: Final = ("pose", "position")
+# A seed this far outside the joint ranges is rounding of a loop, not a mistake; it is clipped.
+SEED_SLACK: Final = 1e-6
+
+
+class Method(NamedTuple):
+    """How a method solves one target, and a path where it does not treat each point alone."""
+
+    options: type[MethodOptions]
+    solve: Callable[[Problem, Any], Answer]
+    follow: Callable[[Sequence[Problem], Any], PathAnswer] | None = None
+
+
+# A new method is one file and one line here.
+METHODS: Final[dict[str, Method]] = {
+    "inverse_jacobian": Method(
+        InverseJacobianOptions, inverse_jacobian.solve, inverse_jacobian.follow
+    ),
+    "pso": Method(SwarmOptions, dpso.solve_single),
+    "dpso": Method(SwarmOptions, dpso.solve),
+    "dpsoij": Method(DpsoijOptions, dpsoij.solve, dpsoij.follow),
+}
+
+
+def solve(
+    X_WE: Any,
+    method: str = "dpsoij",
+    joints: str = "full",
+    task: str = "pose",
+    q_seed: ArrayLike | None = None,
+    seed: int = 0,
+    **options: object,
+) -> IkResult:
+    """Find joint values that bring the tool to a pose.
+
+    Args:
+        X_WE: desired tool pose, (4, 4) [m], or an object with GetAsMatrix4 (Drake's
+            RigidTransform).
+        method: "inverse_jacobian", "pso", "dpso" or "dpsoij" (the names in METHODS).
+        joints: "full" moves all six, "arm" keeps q_seed[0] as the mast height.
+        task: "pose" for position and orientation together; "position" for the position exactly
+            and the orientation as near as the remaining joints allow.
+        q_seed: posture (6,) to start from; "arm" needs it. Swarm methods turn theta2, theta3 and
+            theta6 to lie nearest to it.
+        seed: of the random draws; the same seed gives the same bits.
+        options: of the method, see scara_drake.ik.options.
+
+    Returns:
+        The answer, confirmed by forward kinematics; success is never claimed outside the
+        tolerances or the joint ranges.
+
+    Raises:
+        ValueError: the target, a name, an option or a seed is not allowed; one line that says
+            what is.
+    """
+    chosen = _method(method)
+    values = make_options(chosen.options, method, options)
+    problem = _problem(X_WE, "X_WE", joints, task, q_seed, seed)
+    answer = chosen.solve(problem, values)
+    position, rotation, success = _confirm(answer.q, [problem])
+    return IkResult(
+        q=answer.q,
+        position_error=float(position),
+        rotation_error=float(rotation),
+        success=bool(success),
+        evaluations=answer.evaluations,
+        iterations=answer.iterations,
+        method=method,
+        reason=CONVERGED if success else _diagnose(problem),
+        history=answer.history,
+    )
+
+
+def solve_path(
+    X_WEs: Sequence[Any] | Array,
+    method: str = "dpsoij",
+    joints: str = "full",
+    task: str = "pose",
+    q_seed: ArrayLike | None = None,
+    seed: int = 0,
+    **options: object,
+) -> IkPath:
+    """Find joint values along a path of n poses, (n, 4, 4) or a sequence; see `solve`.
+
+    "inverse_jacobian" and "dpsoij" solve each point from the one before; the others solve each
+    point alone, point k with seed + k.
+
+    Raises:
+        ValueError: as `solve`; the path is empty; history is asked for.
+    """
+    chosen = _method(method)
+    values = make_options(chosen.options, method, options)
+    if values.history:
+        raise ValueError("history: True, allowed False for a path")
+    problems = [
+        _problem(X, f"X_WEs[{k}]", joints, task, q_seed, seed + k) for k, X in enumerate(X_WEs)
+    ]
+    if not problems:
+        raise ValueError("X_WEs: 0 poses, allowed 1 or more")
+    if chosen.follow is not None:
+        answer = chosen.follow(problems, values)
+    else:
+        answers = [chosen.solve(problem, values) for problem in problems]
+        answer = PathAnswer(
+            q=np.array([a.q for a in answers]),
+            evaluations=np.array([a.evaluations for a in answers]),
+            iterations=np.array([a.iterations for a in answers]),
+        )
+    position, rotation, success = _confirm(answer.q, problems)
+    reason = tuple(
+        CONVERGED if good else _diagnose(problem)
+        for problem, good in zip(problems, success, strict=True)
+    )
+    return IkPath(
+        q=answer.q,
+        position_error=position,
+        rotation_error=rotation,
+        success=success,
+        evaluations=answer.evaluations,
+        iterations=answer.iterations,
+        method=method,
+        reason=reason,
+    )
+
+
+def _method(name: str) -> Method:
+    checks.choice("method", name, METHODS)
+    return METHODS[name]
+
+
+def _problem(
+    X_WE: Any, name: str, joints: str, task: str, q_seed: ArrayLike | None, seed: int
+) -> Problem:
+    checks.choice("joints", joints, JOINTS)
+    checks.choice("task", task, TASKS)
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
+        raise ValueError(f"seed: {seed}, allowed a whole number")
+    X = _pose(X_WE, name)
+    if q_seed is None:
+        if joints == "arm":
+            raise ValueError(
+                'q_seed: None, allowed (6,) with joints="arm": it holds the mast height'
+            )
+        start = np.array(robot.HOME)
+        start[0] = np.clip(X[2, 3], robot.LOWER[0], robot.UPPER[0])
+    else:
+        given = np.array(q_seed, dtype=np.float64)
+        if given.shape == (6,):
+            clipped = np.clip(given, robot.LOWER, robot.UPPER)
+            given = np.where(np.abs(given - clipped) <= SEED_SLACK, clipped, given)
+        start = robot.check_configuration("q_seed", given)
+    return Problem(
+        p=np.ascontiguousarray(X[:3, 3]),
+        R=np.ascontiguousarray(X[:3, :3]),
+        first_joint=1 if joints == "arm" else 0,
+        position_first=task == "position",
+        start=start,
+        seeded=q_seed is not None,
+        seed=int(seed),
+    )
+
+
+def _pose(X_WE: Any, name: str) -> Array:
+    matrix = X_WE.GetAsMatrix4() if hasattr(X_WE, "GetAsMatrix4") else X_WE
+    X = np.asarray(matrix, dtype=np.float64)
+    if X.shape != (4, 4):
+        raise ValueError(f"{name}: shape {X.shape}, allowed (4, 4) or a RigidTransform")
+    if not np.all(np.isfinite(X)):
+        raise ValueError(f"{name}: not finite, allowed finite numbers")
+    R = X[:3, :3]
+    rigid = np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0.0
+    if not rigid or not np.allclose(X[3], [0.0, 0.0, 0.0, 1.0], atol=1e-9):
+        raise ValueError(f"{name}: not a rigid transform, allowed a rotation and last row 0 0 0 1")
+    return X
+
+
+def _confirm(q: Array, problems: Sequence[Problem]) -> tuple[Any, Any, Any]:
+    """Errors and success of q (6,) or (n, 6), by forward kinematics and nothing else."""
+    X = np.zeros((len(problems), 4, 4))
+    for row, problem in zip(X, problems, strict=True):
+        row[:3, :3], row[:3, 3] = problem.R, problem.p
+    X = X[0] if q.ndim == 1 else X
+    position, rotation = kinematics.pose_error(X, kinematics.forward_kinematics(q))
+    success = np.all((q >= robot.LOWER) & (q <= robot.UPPER), axis=-1)
+    success = success & (position <= POSITION_TOLERANCE)
+    if not problems[0].position_first:
+        success = success & (rotation <= ROTATION_TOLERANCE)
+    return position, rotation, success
+
+
+def _diagnose(problem: Problem) -> str:
+    """Why a target was not met: geometry first, then a search of its own for a counterexample."""
+    low, high = robot.LOWER[0], robot.UPPER[0]
+    if problem.first_joint == 1:
+        low = high = problem.start[0]
+    base = np.array([0.0, 0.0, np.clip(problem.p[2], low, high)])
+    if np.linalg.norm(problem.p - base) > kinematics.REACH + POSITION_TOLERANCE:
+        return OUT_OF_REACH
+    if problem.position_first:
+        return NOT_CONVERGED
+    if dpso.attainable(problem, limits=True):
+        return NOT_CONVERGED
+    if dpso.attainable(problem, limits=False):
+        return JOINT_LIMITS
+    return NOT_ATTAINABLE

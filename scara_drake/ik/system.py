@@ -1,0 +1,221 @@
+"""Inverse kinematics in the loop: a thin LeafSystem over the solvers and the servo."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from scara_drake import checks, robot
+from scara_drake.ik import servo
+from scara_drake.ik.solve import METHODS, solve
+from scara_drake.pose import pose_matrix, pose_vector
+
+Array = NDArray[np.float64]
+
+# Methods that start from one answer and follow the command with the Jacobian; the value is the
+# method of that first answer. Every other method solves each sample from scratch.
+FOLLOWERS = {"dpsoij": "dpso", "inverse_jacobian": "inverse_jacobian"}
+
+
+@dataclass
+class InverseKinematics:
+    """How the tool command becomes joint references.
+
+    joints: "arm" gives the mast its own command; "full" lets it take part.
+    task: "position" holds the tool point exactly and its orientation as near as possible; "pose"
+        holds both.
+    """
+
+    method: str = "dpsoij"
+    joints: str = "arm"
+    task: str = "position"
+    max_speed: float = 0.5  # [m/s], of the tool point
+    max_acceleration: float = 4.0  # [m/s²]
+    max_turn_rate: float = 1.0  # [rad/s], of the tool
+    max_turn_acceleration: float = 8.0  # [rad/s²]
+    mast_acceleration: float = 1.0  # [m/s²]
+    bandwidth: float = 60.0  # [1/s], of the command limiter
+    position_gain: float = 200.0  # [1/s], of the resolved rates
+    rotation_gain: float = 20.0  # [1/s]
+
+    def validate(self, name: str) -> None:
+        """Check the choices and bounds.
+
+        Raises:
+            ValueError: one line that names the field, its value and what is allowed.
+        """
+        checks.choice(f"{name}.method", self.method, METHODS)
+        checks.choice(f"{name}.joints", self.joints, ("arm", "full"))
+        checks.choice(f"{name}.task", self.task, ("position", "pose"))
+        smallest = math.ulp(0.0)
+        for bound in (
+            "max_speed",
+            "max_acceleration",
+            "max_turn_rate",
+            "max_turn_acceleration",
+            "mast_acceleration",
+        ):
+            checks.number(f"{name}.{bound}", getattr(self, bound), smallest, 100.0)
+        for gain in ("bandwidth", "position_gain", "rotation_gain"):
+            checks.number(f"{name}.{gain}", getattr(self, gain), smallest, 400.0)
+
+
+def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> Array:
+    """Return q (6,) for the first command (8,), on the branch nearest the home posture.
+
+    Raises:
+        ValueError: the first command cannot be reached.
+    """
+    near = robot.HOME.copy()
+    near[0] = np.clip(np.asarray(command)[7], robot.LOWER[0], robot.UPPER[0])
+    method = FOLLOWERS.get(config.method, config.method)
+    options = {} if method == "inverse_jacobian" else {"nearest_to": near}
+    result = solve(
+        pose_matrix(command),
+        method=method,
+        joints=config.joints,
+        task=config.task,
+        q_seed=near,
+        seed=seed,
+        **options,
+    )
+    if not result.success:
+        position = ", ".join(f"{x:.3f}" for x in np.asarray(command)[:3])
+        raise ValueError(f"first tool command: [{position}] m, not reachable: {result.reason}")
+    return result.q
+
+
+class InverseKinematicsSystem(LeafSystem):
+    """Turns tool commands into joint references.
+
+    Input port:
+        tool_command (8): p_WE [m], quaternion w x y z of R_WE, mast height [m]
+    Output ports, all discrete state:
+        state_desired (12): q, v references [m, rad, m/s, rad/s]
+        X_WE_desired (7): the pose that they follow: p_WE [m], quaternion w x y z
+        status (1): 0 tracking, 1 holding the last good answer because the target cannot be
+            reached, 2 tracking a target that was drawn back into the arm's reach
+    Update (every period), with "dpsoij" and "inverse_jacobian": the limiter follows the command and
+        the joints follow the limiter by resolved rates, see `servo`. With another method each
+        sample is solved from scratch. Where the answer leaves the tolerance, q stays, v is zero and
+        the limiter returns to the last good pose.
+    Initial: q = `q_start`, or the answer for `first_command`; the limiter rests at its tool pose.
+    """
+
+    def __init__(
+        self,
+        config: InverseKinematics,
+        first_command: ArrayLike,
+        q_start: ArrayLike | None = None,
+        seed: int = 0,
+        period: float = 1e-3,
+    ):
+        super().__init__()
+        self._config, self._seed, self._period = config, seed, period
+        self._mast_follows = config.joints == "arm"
+        self._position_first = config.task == "position"
+        mast_speed = float(robot.MAX_SPEED[0])
+        self._bounds = np.array(
+            [
+                config.max_speed,
+                config.max_acceleration,
+                config.max_turn_rate,
+                config.max_turn_acceleration,
+                mast_speed,
+                config.mast_acceleration,
+                config.bandwidth,
+            ]
+        )
+        self._gains = np.array([config.position_gain, config.rotation_gain])
+        self._lower, self._upper = np.array(robot.LOWER), np.array(robot.UPPER)
+        self._max_rates = np.array(robot.MAX_SPEED)
+
+        if q_start is None:
+            q = first_posture(config, first_command, seed)
+        else:
+            q = robot.check_configuration("q_start", q_start)
+        limiter = _limiter_at(q)
+        self._command = self.DeclareVectorInputPort("tool_command", 8)
+        self._desired = self.DeclareDiscreteState(np.concatenate([q, np.zeros(6)]))
+        self._pose = self.DeclareDiscreteState(limiter[: servo.POSE_SIZE])
+        self._status = self.DeclareDiscreteState(1)
+        # The limiter, then the count of samples: it numbers the draws of the swarm methods.
+        self._memory = self.DeclareDiscreteState(np.append(limiter, 0.0))
+        self.DeclareStateOutputPort("state_desired", self._desired)
+        self.DeclareStateOutputPort("X_WE_desired", self._pose)
+        self.DeclareStateOutputPort("status", self._status)
+        update = self._follow if config.method in FOLLOWERS else self._solve
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
+
+    def _follow(self, context: Context, discrete: DiscreteValues) -> None:
+        desired = discrete.get_mutable_value(self._desired)
+        memory = discrete.get_mutable_value(self._memory)
+        status = servo.servo_step(
+            self._command.Eval(context),
+            memory[: servo.LIMITER_SIZE],
+            desired,
+            self._mast_follows,
+            self._position_first,
+            self._lower,
+            self._upper,
+            self._max_rates,
+            self._bounds,
+            self._gains,
+            self._period,
+        )
+        discrete.get_mutable_value(self._pose)[:] = memory[: servo.POSE_SIZE]
+        discrete.get_mutable_value(self._status)[0] = status
+
+    def _solve(self, context: Context, discrete: DiscreteValues) -> None:
+        desired = discrete.get_mutable_value(self._desired)
+        memory = discrete.get_mutable_value(self._memory)
+        limiter, good = memory[: servo.LIMITER_SIZE], memory[: servo.LIMITER_SIZE].copy()
+        cut = servo.follow_command(
+            self._command.Eval(context),
+            limiter,
+            self._mast_follows,
+            self._lower,
+            self._upper,
+            self._bounds,
+            self._period,
+        )
+        memory[-1] += 1.0
+        q_seed = desired[:6].copy()
+        if self._mast_follows:
+            q_seed[0] = limiter[servo.MAST]
+        result = solve(
+            pose_matrix(limiter),
+            method=self._config.method,
+            joints=self._config.joints,
+            task=self._config.task,
+            q_seed=q_seed,
+            seed=self._seed + int(memory[-1]),
+        )
+        if result.success:
+            desired[:6] = result.q
+            servo.reference_rates(
+                limiter,
+                result.q,
+                self._mast_follows,
+                self._position_first,
+                self._lower,
+                self._upper,
+                self._max_rates,
+                desired[6:],
+            )
+        else:
+            limiter[:] = good
+            servo.rest(limiter, desired)
+        discrete.get_mutable_value(self._pose)[:] = memory[: servo.POSE_SIZE]
+        status = servo.REACH_LIMITED if cut else servo.TRACKING
+        discrete.get_mutable_value(self._status)[0] = status if result.success else servo.HOLDING
+
+
+def _limiter_at(q: Array) -> Array:
+    """Return the limiter (15,) at rest at the tool pose of q."""
+    limiter = np.zeros(servo.LIMITER_SIZE)
+    limiter[: servo.POSE_SIZE] = pose_vector(q)
+    limiter[servo.MAST] = q[0]
+    return limiter

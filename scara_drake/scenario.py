@@ -1,0 +1,220 @@
+"""A scenario describes one runnable Diagram; it is read from YAML and checked before anything runs.
+
+Each part is a dataclass that lives with its subject and checks itself. A part with several kinds
+(operator, delay, controller) is a union chosen by a YAML tag: a new kind is one file, and one entry
+in its union here.
+"""
+
+import copy
+import dataclasses
+import types
+import typing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Optional, Union
+
+import yaml
+from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
+
+from scara_drake import checks, robot
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.environment import Environment
+from scara_drake.ik.system import InverseKinematics
+from scara_drake.reference import JointMotion
+from scara_drake.resources import resource
+from scara_drake.teleop.channel import Channel
+from scara_drake.teleop.haptics import HapticMapping
+from scara_drake.teleop.operator import Joystick
+
+
+@dataclass
+class Logging:
+    """What a run records."""
+
+    period: float = 1e-3  # [s]
+
+    def validate(self, name: str) -> None:
+        """Check the period.
+
+        Raises:
+            ValueError: the period is not between 1 ms and 1 s.
+        """
+        checks.number(f"{name}.period", self.period, 1e-3, 1.0)
+
+
+@dataclass
+class Scenario:
+    """One runnable Diagram, in SI units.
+
+    With a `Joystick` operator the command crosses `channel` to `inverse_kinematics`, and the
+    contact force returns over it to `haptics`. With a `JointMotion` the references go straight to
+    the controller and those three parts stay unused.
+    """
+
+    name: str = ""
+    description: str = ""
+    duration: float = 10.0  # [s]
+    seed: int = 0
+    time_step: float = 1e-3  # [s], of the plant and of every block of the 1 kHz loop
+    q0: Optional[list[float]] = None  # noqa: UP045 (yaml_load_typed knows no `X | None`)
+    operator: Union[Joystick, JointMotion] = field(default_factory=Joystick)  # noqa: UP007
+    channel: Channel = field(default_factory=Channel)
+    inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
+    controller: IntegralSlidingMode = field(default_factory=IntegralSlidingMode)
+    environment: Environment = field(default_factory=Environment)
+    haptics: HapticMapping = field(default_factory=HapticMapping)
+    logging: Logging = field(default_factory=Logging)
+
+    def validate(self) -> None:
+        """Check every number against its bounds.
+
+        Raises:
+            ValueError: one line that names the field, its value and what is allowed.
+        """
+        checks.number("duration", self.duration, self.time_step, 86400.0)
+        checks.number("seed", self.seed, 0, 2**63 - 1)
+        checks.number("time_step", self.time_step, 1e-4, 2e-3)
+        if self.q0 is not None:
+            robot.check_configuration("q0", self.q0)
+        for part in dataclasses.fields(self):
+            value = getattr(self, part.name)
+            if dataclasses.is_dataclass(value):
+                value.validate(part.name)  # type: ignore[union-attr]  # every part has one
+
+
+def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = None) -> Scenario:
+    """Load a scenario by the name of a shipped one or by the path of a YAML file, and check it.
+
+    Args:
+        name_or_path: such as ``"teleoperation"`` or ``"my/press.yaml"``.
+        overrides: dotted keys to values, such as ``{"controller.phi": 0.5}``. A number given for a
+            list sets every entry; a string is read as YAML, so tags such as ``"!SineDelay {}"``
+            choose another kind of part.
+
+    Raises:
+        ValueError: no such scenario, unknown key, wrong type, or a number out of its bounds.
+    """
+    path = _find(name_or_path)
+    try:
+        data = yaml_load(filename=str(path), private=True)
+    except yaml.YAMLError as error:
+        raise ValueError(f"{path.name}: not YAML, {_one_line(error)}") from None
+    if not isinstance(data, dict):
+        raise ValueError(f"{path.name}: {type(data).__name__}, allowed a map of scenario fields")
+    for key, value in (overrides or {}).items():
+        _override(data, key, value)
+    _check_schema(Scenario, data, "")
+    try:
+        scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(data))
+    except (RuntimeError, ValueError, TypeError) as error:
+        raise ValueError(f"{path.name}: {_one_line(error)}") from None
+    scenario.name = scenario.name or path.stem
+    if isinstance(scenario.operator, Joystick):
+        scenario.operator.resolve(path.parent)
+    scenario.validate()
+    return scenario
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """Return the YAML text of a scenario; loading it gives an equal scenario."""
+    return yaml_dump_typed(scenario, schema=Scenario)
+
+
+def scenario_names() -> list[str]:
+    """Return the names of the shipped scenarios."""
+    return sorted(path.stem for path in resource("diagrams").glob("*.yaml"))
+
+
+def _find(name_or_path: str | Path) -> Path:
+    path = Path(name_or_path)
+    if path.suffix in (".yaml", ".yml"):
+        if not path.is_file():
+            raise ValueError(f"scenario: '{path}', allowed a YAML file that exists")
+        return path
+    checks.choice("scenario", str(name_or_path), scenario_names())
+    return resource("diagrams", f"{name_or_path}.yaml")
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
+    """Set one dotted key in the data of a YAML file, in place."""
+    if isinstance(value, str):
+        try:
+            value = yaml_load(data=value, private=True)
+        except yaml.YAMLError as error:
+            raise ValueError(f"{dotted}: {value}, not YAML: {_one_line(error)}") from None
+    *parents, last = dotted.split(".")
+    for parent in parents:
+        data = data.setdefault(parent, {})
+        if not isinstance(data, dict):
+            raise ValueError(f"{dotted}: '{parent}' has no fields, allowed the path of a field")
+    data[last] = copy.deepcopy(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _check_schema(schema: Any, data: Any, path: str) -> None:
+    """Raise a ValueError that names the first field of `data` that `schema` does not allow.
+
+    `yaml_load_typed` refuses the same data, without saying where in the file. In place: a number
+    where a list of known length is expected is spread over the list, and the tag of a part that
+    has one kind only is dropped.
+    """
+    hints = typing.get_type_hints(schema)
+    defaults = schema()
+    for key, value in data.items():
+        if key == "_tag":
+            continue
+        where = f"{path}{key}"
+        if key not in hints:
+            raise ValueError(f"{where}: unknown field, allowed {', '.join(hints)}")
+        default = getattr(defaults, key)
+        if _is_number(value) and isinstance(default, list) and default:
+            data[key] = value = [float(value)] * len(default)
+        _check_value(hints[key], default, value, where)
+
+
+def _check_value(hint: Any, default: Any, value: Any, where: str) -> None:
+    kinds = [kind for kind in _alternatives(hint) if kind is not type(None)]
+    records = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+    if value is None:
+        if type(None) not in _alternatives(hint):
+            raise ValueError(f"{where}: empty, allowed {_describe(kinds)}")
+    elif records:
+        if not isinstance(value, dict):
+            raise ValueError(f"{where}: {value}, allowed the fields of {_describe(records)}")
+        tag = str(value.get("_tag", "!" + records[0].__name__)).removeprefix("!")
+        by_name = {kind.__name__: kind for kind in records}
+        checks.choice(where, tag, by_name)
+        if len(records) == 1:
+            value.pop("_tag", None)  # pydrake takes tags for unions only
+        _check_schema(by_name[tag], value, f"{where}.")
+    elif typing.get_origin(kinds[0]) is list:
+        if not isinstance(value, list):
+            raise ValueError(f"{where}: {value}, allowed a list")
+        (item,) = typing.get_args(kinds[0])
+        for index, entry in enumerate(value):
+            _check_value(item, None, entry, f"{where}[{index}]")
+    elif kinds[0] in (int, float) and not _is_number(value):
+        raise ValueError(f"{where}: {value}, allowed a number")
+    elif kinds[0] is int and not isinstance(value, int):
+        raise ValueError(f"{where}: {value}, allowed a whole number")
+    elif kinds[0] is bool and not isinstance(value, bool):
+        raise ValueError(f"{where}: {value}, allowed true or false")
+    elif kinds[0] is str and not isinstance(value, str):
+        raise ValueError(f"{where}: {value}, allowed a text")
+
+
+def _alternatives(hint: Any) -> tuple[Any, ...]:
+    if typing.get_origin(hint) in (Union, types.UnionType):
+        return typing.get_args(hint)
+    return (hint,)
+
+
+def _describe(kinds: list[Any]) -> str:
+    return " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds)

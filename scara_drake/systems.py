@@ -1,0 +1,21 @@
+"""The LeafSystems of the package, gathered; each lives with its subject."""
+
+from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
+from scara_drake.environment import ImpedanceContact
+from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.reference import JointMotionSource
+from scara_drake.teleop.channel import SignalDelay
+from scara_drake.teleop.haptics import HapticOutput
+from scara_drake.teleop.joystick import JoystickSource
+from scara_drake.teleop.mapping import JoystickToPose
+
+__all__ = [
+    "HapticOutput",
+    "ImpedanceContact",
+    "IntegralSlidingModeController",
+    "InverseKinematicsSystem",
+    "JointMotionSource",
+    "JoystickSource",
+    "JoystickToPose",
+    "SignalDelay",
+]

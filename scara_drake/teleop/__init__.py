@@ -1,0 +1,1 @@
+"""Teleoperation: joystick, command mapping, delayed channel and haptics."""

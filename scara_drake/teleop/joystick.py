@@ -1,0 +1,84 @@
+"""The joystick as a system: it samples a live device or plays a trace."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from scara_drake import checks
+from scara_drake.teleop.devices import Device
+from scara_drake.teleop.trace import STICK_NAMES
+
+__all__ = ["STICK_NAMES", "JoystickSource"]
+
+Array = NDArray[np.float64]
+Trace: TypeAlias = tuple[ArrayLike, ArrayLike]
+
+CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in the last bits
+
+
+class JoystickSource(LeafSystem):
+    """Samples a joystick every `period` [s]; between samples it holds.
+
+    Ports:
+        output joystick_axes (5): x, y, z, mast_axis, mast_hat, each in [-1, 1].
+
+    Update, at t = k period, with r(t) the device's axes, or the last row of the trace not later
+    than t (before its first row, that row)::
+
+        y <- clip(r(t), -1, 1)   where all of r(t) is finite; y is held otherwise
+
+    Initial: the first row of the trace, or zeros for a device. The sample of time t is on the port
+    right after t.
+
+    Args:
+        source: a device, or the arrays times (n,) [s] and axes (n, 5) of a trace (`load_trace`).
+        period: [s].
+
+    Raises:
+        ValueError: a trace of other shapes, or times that are not finite and increasing; a period
+            not between 0.1 ms and 1 s; at run time, a device that does not give five axes.
+    """
+
+    def __init__(self, source: Device | Trace, period: float = 0.01) -> None:
+        super().__init__()
+        checks.number("period", period, 1e-4, 1.0)
+        self._device: Device | None = None
+        initial = np.zeros(5)
+        if isinstance(source, tuple):
+            self._times, self._axes = _check_trace(*source)
+            _hold_sample(self._axes[0], initial)
+        else:
+            self._device = source
+        state = self.DeclareDiscreteState(initial)
+        self.DeclareStateOutputPort("joystick_axes", state)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+
+    def _sample(self, context: Context, discrete: DiscreteValues) -> None:
+        if self._device is not None:
+            sample = np.asarray(self._device.read(), dtype=np.float64)
+            if sample.shape != (5,):
+                raise ValueError(f"{self._device.name}: axes {sample.shape}, allowed (5,)")
+        else:
+            now = context.get_time() + CLOCK_TOLERANCE
+            row = int(np.searchsorted(self._times, now, side="right")) - 1
+            sample = self._axes[max(row, 0)]
+        _hold_sample(sample, discrete.get_mutable_value(0))
+
+
+def _hold_sample(sample: Array, axes: Array) -> None:
+    """Write a sample, clipped, into the axes (5,); leave them as they are if it is not finite."""
+    if np.isfinite(sample).all():
+        np.clip(sample, -1.0, 1.0, out=axes)
+
+
+def _check_trace(times: ArrayLike, axes: ArrayLike) -> tuple[Array, Array]:
+    t, a = np.array(times, dtype=np.float64), np.array(axes, dtype=np.float64)
+    if t.ndim != 1 or t.size == 0 or a.shape != (t.size, 5):
+        raise ValueError(f"trace: shapes {t.shape} and {a.shape}, allowed (n,) and (n, 5), n > 0")
+    if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
+        raise ValueError("trace: times that are not finite and increasing, allowed such times only")
+    t.setflags(write=False)
+    a.setflags(write=False)
+    return t, a

@@ -1,0 +1,203 @@
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+if not os.environ.get("DISPLAY"):
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+
+pygame = pytest.importorskip("pygame")
+
+from pydrake.systems.analysis import Simulator  # noqa: E402
+from virtual_pad import VirtualPad, load_sdl  # noqa: E402
+
+from scara_drake.teleop.devices import AxisMap, PygameDevice, find_device  # noqa: E402
+from scara_drake.teleop.joystick import JoystickSource  # noqa: E402
+
+pytestmark = pytest.mark.skipif(
+    load_sdl() is None, reason="pygame's SDL library with virtual joysticks was not found"
+)
+RESOLUTION = 1 / 32767
+
+
+@pytest.fixture
+def pad() -> Iterator[VirtualPad]:
+    made = VirtualPad()
+    yield made
+    made.unplug()
+    pygame.event.get()
+
+
+def test_reads_axes_and_hat_of_a_flight_stick(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    assert device.name == "Virtual Pad"
+    assert device.connected
+    for index, value in enumerate((0.5, -1.0, 0.25, 0.75)):
+        pad.axis(index, value)
+    pad.hat(0, 1)
+    # By default no axis drives the mast, so the fourth stays unread.
+    np.testing.assert_allclose(device.read(), [0.5, -1.0, 0.25, 0.0, 1.0], atol=RESOLUTION)
+    pad.hat(0, -1)
+    assert device.read()[4] == -1.0
+
+
+def test_lowest_raw_value_stays_within_the_unit_range(pad: VirtualPad) -> None:
+    pad.axis(0, -32768 / 32767)
+    device = PygameDevice()
+    device.read()
+    assert device.read()[0] == -1.0
+
+
+def test_axis_map_chooses_axes_and_missing_ones_read_zero(pad: VirtualPad) -> None:
+    device = PygameDevice(axes=AxisMap(x=3, y=None, z=17, mast_axis=0, mast_hat=5))
+    pad.axis(0, -0.5)
+    pad.axis(1, 0.9)
+    pad.axis(3, 0.125)
+    np.testing.assert_allclose(device.read(), [0.125, 0.0, 0.0, -0.5, 0.0], atol=RESOLUTION)
+
+
+@pytest.mark.parametrize("index", [-1, 64, 1.5])
+def test_axis_map_refuses_bad_indices(index: float) -> None:
+    with pytest.raises(ValueError, match=r"axes\.z: .*allowed"):
+        AxisMap(z=index).validate("axes")  # type: ignore[arg-type]
+
+
+def test_read_returns_its_own_array(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    first = device.read()
+    first[:] = 9.0
+    assert np.abs(device.read()).max() <= 1.0
+
+
+def test_unplugged_it_holds_the_last_axes_and_replugged_it_goes_on(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    pad.axis(0, 0.5)
+    pad.hat(0, 1)
+    held = device.read()
+    pad.unplug()
+    for _ in range(3):
+        np.testing.assert_array_equal(device.read(), held)
+    assert not device.connected
+    assert not device.rumble(0.5, 0.5, 100)
+    pad.plug()
+    pad.axis(0, -0.25)
+    device.read()
+    assert device.connected
+    np.testing.assert_allclose(device.read(), [-0.25, 0, 0, 0, 0], atol=RESOLUTION)
+    assert device.rumble(0.5, 0.5, 100)
+
+
+def test_unplugged_and_back_between_two_reads(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    device.read()
+    pad.unplug()
+    pad.plug()
+    pad.axis(1, 0.5)
+    device.read()
+    np.testing.assert_allclose(device.read(), [0, 0.5, 0, 0, 0], atol=RESOLUTION)
+
+
+def test_another_joystick_does_not_take_the_place_of_the_lost_one(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    pad.axis(0, 0.5)
+    held = device.read()
+    pad.unplug()
+    device.read()
+    other = VirtualPad("Other Stick")
+    other.axis(0, -1.0)
+    np.testing.assert_array_equal(device.read(), held)
+    np.testing.assert_array_equal(device.read(), held)
+    assert not device.connected
+    other.unplug()
+
+
+def test_two_devices_both_hear_of_a_removal(pad: VirtualPad) -> None:
+    second_pad = VirtualPad("Second Pad")
+    first, second = PygameDevice(0), PygameDevice(1)
+    assert (first.name, second.name) == ("Virtual Pad", "Second Pad")
+    pad.axis(0, 0.5)
+    second_pad.axis(0, -0.5)
+    first.read()
+    pad.unplug()
+    # The second device takes the events off the queue; the first must still hold.
+    np.testing.assert_allclose(second.read()[0], -0.5, atol=RESOLUTION)
+    np.testing.assert_allclose(first.read()[0], 0.5, atol=RESOLUTION)
+    second_pad.unplug()
+
+
+def test_rumble_reaches_the_motors_and_stops_by_itself(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    assert device.rumble(0.25, 0.75, 20)
+    assert pad.rumbles == [(16383, 49151)]
+    time.sleep(0.05)
+    device.read()
+    assert pad.rumbles[-1] == (0, 0)
+
+
+def test_rumble_clips_and_is_false_without_motors(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    assert device.rumble(7.0, -1.0, 20)
+    assert pad.rumbles[-1] == (65535, 0)
+    mute = VirtualPad("Mute", motors=False)
+    assert not PygameDevice(1).rumble(0.5, 0.5, 100)
+    mute.unplug()
+
+
+def test_close_stops_the_motors_and_may_be_repeated(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    pad.axis(0, 0.5)
+    held = device.read()
+    device.rumble(1.0, 1.0, 1000)
+    device.close()
+    device.close()
+    assert pad.rumbles[-1] == (0, 0)
+    assert not device.connected
+    assert not device.rumble(1.0, 1.0, 100)
+    np.testing.assert_array_equal(device.read(), held)
+
+
+def test_wrong_index_lists_what_is_there(pad: VirtualPad) -> None:
+    with pytest.raises(ValueError, match=r"index: 3, allowed 0 \(Virtual Pad\)"):
+        PygameDevice(3)
+    with pytest.raises(ValueError, match="index: -1"):
+        PygameDevice(-1)
+
+
+def test_without_a_joystick() -> None:
+    if pygame.joystick.get_init() and pygame.joystick.get_count():
+        pytest.skip("a real joystick is plugged in")
+    assert find_device() is None
+    with pytest.raises(ValueError, match="no joystick is there"):
+        PygameDevice(0)
+
+
+def test_find_device_opens_the_first(pad: VirtualPad) -> None:
+    device = find_device()
+    assert device is not None
+    assert device.name == "Virtual Pad"
+
+
+def test_keyboard_events_stay_on_the_queue(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_a))
+    device.read()
+    assert [event.key for event in pygame.event.get(pygame.KEYDOWN)] == [pygame.K_a]
+
+
+def test_source_follows_the_stick_through_a_run_and_holds_when_unplugged(pad: VirtualPad) -> None:
+    source = JoystickSource(PygameDevice(), period=0.01)
+    simulator = Simulator(source)
+    context = simulator.get_context()
+    port = source.GetOutputPort("joystick_axes")
+    np.testing.assert_array_equal(port.Eval(context), np.zeros(5))
+    pad.axis(1, -0.5)
+    simulator.AdvanceTo(0.025)
+    np.testing.assert_allclose(port.Eval(context), [0, -0.5, 0, 0, 0], atol=RESOLUTION)
+    pad.unplug()
+    simulator.AdvanceTo(0.055)
+    np.testing.assert_allclose(port.Eval(context), [0, -0.5, 0, 0, 0], atol=RESOLUTION)

@@ -1,0 +1,181 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from scara_drake.resources import resource
+from scara_drake.teleop.mapping import JoystickMapping, remove_dead_zone
+from scara_drake.teleop.operator_trace import (
+    OperatorProfile,
+    main,
+    operator_trace,
+    stick_for,
+    write_operator_trace,
+)
+from scara_drake.teleop.trace import COLUMNS, load_trace
+
+HEADER = "time,x,y,z,mast_axis,mast_hat\n"
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_columns_in_any_order_among_others(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "t.csv",
+        "note,mast_hat, y,time,x,mast_axis,z\na,1,0.2,0,0.1,0.4,0.3\n\nb,-1,0,0.5,0,0,1.05\n",
+    )
+    times, axes = load_trace(path)
+    np.testing.assert_array_equal(times, [0.0, 0.5])
+    np.testing.assert_array_equal(axes, [[0.1, 0.2, 0.3, 0.4, 1.0], [0, 0, 1.05, 0, -1]])
+
+
+@settings(max_examples=30, deadline=None)
+@given(axes=arrays(float, (4, 5), elements=st.floats(-1.05, 1.05)))
+def test_what_is_written_is_read(
+    axes: np.ndarray, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    rows = "".join(f"{k}," + ",".join(map(repr, row.tolist())) + "\n" for k, row in enumerate(axes))
+    path = write(tmp_path_factory.mktemp("trace") / "t.csv", HEADER + rows)
+    np.testing.assert_array_equal(load_trace(path)[1], axes)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no column time, x, y, z, mast_axis, mast_hat"),
+        ("time,x,z,mast_axis\n0,0,0,0\n", "no column y, mast_hat"),
+        (HEADER, "no rows"),
+        (HEADER + "0,0,0,0,0,0\n1,0,nan,0,0,0\n", "line 3, y: 'nan', allowed a finite"),
+        (HEADER + "0,0,0,-inf,0,0\n", "line 2, z: '-inf', allowed a finite"),
+        (HEADER + "inf,0,0,0,0,0\n", "line 2, time: 'inf', allowed a finite"),
+        (HEADER + "0,0,0,0,0\n", "line 2, mast_hat: '', allowed a finite"),
+        (HEADER + "0,left,0,0,0,0\n", "line 2, x: 'left', allowed a finite"),
+        (HEADER + "0,0,0,0,1.06,0\n", r"line 2, mast_axis: 1.06, allowed -1.05 to 1.05"),
+        (HEADER + "0,0,0,0,0,0\n0,0,0,0,0,0\n", "time 0 s after 0 s, allowed times that increase"),
+        (HEADER + "1,0,0,0,0,0\n0.5,0,0,0,0,0\n", "time 0.5 s after 1 s"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message) as error:
+        load_trace(write(tmp_path / "bad.csv", text))
+    assert "bad.csv" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_file_and_binary_file(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"trace: '.*no\.csv', allowed a CSV file that exists"):
+        load_trace(tmp_path / "no.csv")
+    (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ValueError, match="UTF-8"):
+        load_trace(tmp_path / "b.csv")
+
+
+# The shipped operator.
+
+
+def shipped() -> Path:
+    return resource("diagrams", "operator_trace.csv")
+
+
+def commanded_y(axes: np.ndarray, mapping: JoystickMapping) -> np.ndarray:
+    excess = np.clip((np.abs(axes[:, 1]) - mapping.dead_zone) / (1 - mapping.dead_zone), 0, 1)
+    return mapping.centre[1] + mapping.scale * np.sign(axes[:, 1]) * excess
+
+
+def test_shipped_trace_is_regenerated_byte_for_byte(tmp_path: Path) -> None:
+    main([str(tmp_path / "again.csv")])
+    assert (tmp_path / "again.csv").read_bytes() == shipped().read_bytes()
+
+
+def test_shipped_trace_is_30_s_at_100_hz_of_8_bits() -> None:
+    assert shipped().read_text().splitlines()[0] == ",".join(COLUMNS)
+    times, axes = load_trace(shipped())
+    np.testing.assert_array_equal(times, np.arange(3000) / 100)
+    spikes = np.zeros(3000, dtype=bool)
+    for start, _, samples, _ in OperatorProfile().spikes:
+        spikes[round(100 * start) : round(100 * start) + samples] = True
+    levels = axes[~spikes, :3] * 127
+    np.testing.assert_allclose(levels, np.round(levels), atol=127 * 0.5e-5 + 1e-9)
+    assert set(axes[:, 4]) == {0.0, 1.0}
+    assert not axes[:, 3].any()
+
+
+def test_shipped_trace_presses_twice_and_never_deeper_than_25_mm() -> None:
+    times, axes = load_trace(shipped())
+    depth = OperatorProfile().wall_y - commanded_y(axes, JoystickMapping())
+    assert depth.max() < 0.025
+    mean = np.convolve(depth, np.ones(31) / 31, mode="same")  # free of tremor
+    inside = mean > 0.005
+    presses = np.flatnonzero(np.diff(inside.astype(int)) == 1)
+    assert len(presses) == 2
+    assert inside[presses[1] + 1 :].argmin() > 400  # 4 s and more
+    held = (times > 22) & (times < 25)
+    assert abs(depth[held].mean() - 0.018) < 0.002
+    # The free motion stays 10 cm away, spikes included; the end is at the centre.
+    assert depth[times < 15].max() < -0.1
+    assert np.abs(axes[times > 29, :3]).max() < JoystickMapping().dead_zone
+
+
+def test_shipped_trace_moves_every_axis_and_the_mast_freely() -> None:
+    times, axes = load_trace(shipped())
+    free = times < 15
+    assert (np.ptp(axes[free, :3], axis=0) > 0.2).all()
+    assert 1.0 < axes[free, 4].sum() / 100 < 3.0  # [s] of hat
+
+
+def test_shipped_trace_has_three_spikes_of_one_to_three_samples() -> None:
+    _, axes = load_trace(shipped())
+    jumps = np.argwhere(np.abs(np.diff(axes[:, :3], axis=0)) > 0.3)
+    rows = jumps[:, 0].reshape(-1, 2)
+    assert len(rows) == 3
+    assert sorted(rows[:, 1] - rows[:, 0]) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_shipped_trace_has_tremor_of_8_to_10_hz(axis: int) -> None:
+    times, axes = load_trace(shipped())
+    still = axes[(times >= 21.4) & (times < 25.4), axis]
+    power = np.abs(np.fft.rfft(still - still.mean())) ** 2
+    frequency = np.fft.rfftfreq(still.size, 0.01)
+    band = (frequency >= 7.5) & (frequency <= 10.5)  # 3 of 50 Hz: white noise would give 6 %
+    assert power[band].sum() > 0.5 * power.sum()
+    assert np.ptp(still) < 0.03
+
+
+def test_reaches_without_tremor_are_minimum_jerk() -> None:
+    smooth = OperatorProfile(tremor=0.0, spikes=[], levels=10**9)
+    times, axes = operator_trace(smooth)
+    leg = (times >= 1.0) & (times <= 2.6)
+    speed = np.gradient(axes[leg, 0], 0.01)
+    distance = axes[leg, 0][-1] - axes[leg, 0][0]
+    assert speed.max() == pytest.approx(1.875 * distance / 1.6, rel=1e-3)
+    assert abs(speed[0]) < 0.01 * speed.max()
+
+
+@settings(deadline=None)  # compiles at the first call
+@given(offset=st.floats(-0.5, 0.5))
+def test_stick_for_is_the_inverse_of_the_mapping(offset: float) -> None:
+    mapping = JoystickMapping()
+    stick = stick_for(offset, mapping)
+    assert mapping.scale * remove_dead_zone(stick, mapping.dead_zone) == pytest.approx(
+        offset, abs=1e-12
+    )
+
+
+def test_depths_follow_the_profile(tmp_path: Path) -> None:
+    profile = replace(
+        OperatorProfile(), wall_y=-1.0, hold_depth=0.01, tremor=0.0, levels=10**9, seed=3
+    )
+    write_operator_trace(tmp_path / "t.csv", profile)
+    times, axes = load_trace(tmp_path / "t.csv")
+    held = commanded_y(axes, profile.mapping)[(times > 22) & (times < 25)]
+    np.testing.assert_allclose(held, -1.01, atol=1e-5)
