@@ -100,8 +100,8 @@ def _run(options: argparse.Namespace, console: Console) -> None:
     if meshcat is not None:
         console.print(f"Scene: {meshcat.web_url()}")
         set_camera(meshcat, scenario.environment)
-    if options.html:
-        start_recording(meshcat)
+        if options.html:
+            start_recording(meshcat)
     journal = record.with_suffix(".journal")
     journal.parent.mkdir(parents=True, exist_ok=True)
     rate = 0.0 if options.no_realtime else 1.0
@@ -115,7 +115,7 @@ def _run(options: argparse.Namespace, console: Console) -> None:
     journal.unlink()
     _print_summary(console, scenario, result)
     console.print(f"Recording: {record}")
-    if options.html:
+    if meshcat is not None and options.html:
         publish_recording(meshcat)
         save_html(meshcat, options.html)
         console.print(f"Page: {options.html}")
@@ -167,8 +167,8 @@ def _show(options: argparse.Namespace, console: Console) -> None:
     meshcat = Meshcat()
     set_camera(meshcat, load_scenario("free_motion").environment)
     visualizer = ModelVisualizer(meshcat=meshcat)
-    visualizer.package_map().AddPackageXml(str(resource("models", "package.xml")))
-    visualizer.AddModels(str(resource("models", "scara6.urdf")))
+    visualizer.package_map().AddPackageXml(resource("models", "package.xml"))
+    visualizer.AddModels(resource("models", "scara6.urdf"))
     visualizer.Finalize(position=robot.HOME)
     console.print(f"Scene: {meshcat.web_url()}   (Ctrl-C, or its Stop button, to leave)")
     visualizer.Run(position=robot.HOME, loop_once=options.once)

@@ -1,26 +1,79 @@
-"""The block diagram of a scenario, drawn from the Diagram itself."""
+"""The block diagram of a scenario, drawn from the Diagram itself: its systems and connections."""
 
 from __future__ import annotations
 
 import re
 import shutil
+import subprocess
+from html import escape
 
-import pydot
-from pydrake.systems.framework import Diagram
+from pydrake.systems.framework import Diagram, System
+
+from scara_drake.recording import BUNDLE, LOG
 
 # The drawing carries its own source in a comment, so that a reader can tell whether it is current.
 _MARK = "block diagram source:"
+# The recorder listens to every signal: it would hide the loop.
+_LEFT_OUT = (BUNDLE, LOG)
+_FILL = "#fff4e6"
+_RULE = "#b35900"
 
 
 def dot_source(diagram: Diagram) -> str:
     """Return the Graphviz text of a Diagram, the same in every process.
 
-    The plant is drawn as its inputs and its outputs, so that the loop through it reads from left to
-    right. Drake numbers its nodes by a global count; here they are numbered by first appearance.
+    Each box is a system with its name, its class and the ports that are connected. A plant is drawn
+    twice, once for its inputs and once for its outputs, so that the loop reads from left to right.
+    The recorder and the exported ports are left out.
     """
-    text = diagram.GetGraphvizString(max_depth=1, options={"plant/split": "I/O"})
-    numbers: dict[str, str] = {}
-    return re.sub(r"\bs\d+\b", lambda match: numbers.setdefault(match[0], f"s{len(numbers)}"), text)
+    systems = [s for s in diagram.GetSystems() if s.get_name() not in _LEFT_OUT]
+    edges = sorted(
+        (source.get_name(), int(output), sink.get_name(), int(port))
+        for (sink, port), (source, output) in diagram.connection_map().items()
+        if sink in systems and source in systems
+    )
+    lines = [
+        f'digraph "{diagram.get_name()}" {{',
+        'graph [rankdir=LR, nodesep=0.35, ranksep=0.7, fontname="Helvetica", bgcolor="white"]',
+        'node [shape=plain, fontname="Helvetica", fontsize=11]',
+        'edge [color="#444444", arrowsize=0.7]',
+    ]
+    for system in systems:
+        name = system.get_name()
+        inputs = sorted({port for _, _, sink, port in edges if sink == name})
+        outputs = sorted({output for source, output, _, _ in edges if source == name})
+        if name == "plant":
+            lines += [_box(system, "plant_in", inputs, []), _box(system, "plant", [], outputs)]
+        else:
+            lines.append(_box(system, name, inputs, outputs))
+    for source, output, sink, port in edges:
+        target = "plant_in" if sink == "plant" else sink
+        lines.append(f"{source}:y{output}:e -> {target}:u{port}:w")
+    return "\n".join([*lines, "}", ""])
+
+
+def _box(system: System, node: str, inputs: list[int], outputs: list[int]) -> str:
+    """Return a box: a header, then a row for each connected port, inputs left, outputs right."""
+    rows = []
+    for index in range(max(len(inputs), len(outputs))):
+        cells = ""
+        for side, ports, get in (
+            ("u", inputs, system.get_input_port),
+            ("y", outputs, system.get_output_port),
+        ):
+            if index < len(ports):
+                port = get(ports[index])
+                cells += f'<TD PORT="{side}{ports[index]}">{escape(port.get_name())}</TD>'
+            elif ports:
+                cells += "<TD></TD>"
+        rows.append(f"<TR>{cells}</TR>")
+    span = 2 if inputs and outputs else 1
+    header = (
+        f'<TR><TD COLSPAN="{span}" BGCOLOR="{_FILL}"><B>{escape(system.get_name())}</B><BR/>'
+        f'<FONT POINT-SIZE="9">{escape(type(system).__name__)}</FONT></TD></TR>'
+    )
+    table = f'BORDER="1" CELLBORDER="0" CELLSPACING="0" CELLPADDING="4" COLOR="{_RULE}"'
+    return f"{node} [label=<<TABLE {table}>{header}{''.join(rows)}</TABLE>>]"
 
 
 def render_svg(diagram: Diagram) -> str:
@@ -32,8 +85,9 @@ def render_svg(diagram: Diagram) -> str:
     if shutil.which("dot") is None:
         raise ValueError("dot: not found, allowed a machine with Graphviz installed")
     source = dot_source(diagram)
-    (graph,) = pydot.graph_from_dot_data(source)
-    drawing = graph.create_svg().decode()
+    drawing = subprocess.run(
+        ["dot", "-Tsvg"], input=source, capture_output=True, text=True, check=True
+    ).stdout
     comment = source.replace("--", "- -")
     return drawing.rstrip() + f"\n<!-- {_MARK}\n{comment}\n-->\n"
 

@@ -19,7 +19,7 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
     MultibodyPlantConfig,
 )
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from scara_drake.environment import ImpedanceContact, add_walls
 from scara_drake.ik.system import InverseKinematicsSystem, first_posture
@@ -30,6 +30,7 @@ from scara_drake.scenario import Scenario
 from scara_drake.teleop.channel import SignalDelay
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.mapping import JoystickToPose, initial_command
+from scara_drake.teleop.operator import Joystick
 from scara_drake.visualization import add_visualization
 
 Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     if isinstance(scenario.operator, JointMotion):
         signals |= _add_joint_motion(builder, scenario.operator)
     else:
-        signals |= _add_teleoperation(builder, scenario, q_start, signals)
+        signals |= _add_teleoperation(builder, scenario, scenario.operator, q_start, signals)
     builder.Connect(signals["state"], controller.GetInputPort("state"))
     builder.Connect(signals["state_desired"], controller.GetInputPort("state_desired"))
     builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port())
@@ -121,14 +122,18 @@ def _add_joint_motion(builder: DiagramBuilder, motion: JointMotion) -> Signals:
 
 
 def _add_teleoperation(
-    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    operator: Joystick,
+    q_start: Array,
+    signals: Signals,
 ) -> Signals:
     """Add the operator's side, the channel both ways and the inverse kinematics."""
-    operator, channel, period = scenario.operator, scenario.channel, scenario.time_step
+    channel, period = scenario.channel, scenario.time_step
     command = initial_command(operator.mapping)
     device = operator.open_device()
     joystick = builder.AddNamedSystem("joystick", operator.make_source(device))
-    mapping = builder.AddNamedSystem("mapping", JoystickToPose(operator.mapping))
+    mapping = builder.AddNamedSystem("mapping", JoystickToPose(operator.mapping, period))
     uplink = builder.AddNamedSystem("uplink", SignalDelay(channel.up, command, period))
     kinematics = builder.AddNamedSystem(
         "inverse_kinematics",
@@ -165,7 +170,7 @@ def _slow_signals(scenario: Scenario) -> dict[str, float]:
     return {"joystick_axes": scenario.operator.sample_period, "rumble": scenario.haptics.period}
 
 
-def _outputs(system: object) -> Iterator[tuple[str, OutputPort]]:
+def _outputs(system: System) -> Iterator[tuple[str, OutputPort]]:
     for index in range(system.num_output_ports()):
         port = system.get_output_port(index)
         yield port.get_name(), port

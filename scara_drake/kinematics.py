@@ -83,7 +83,7 @@ def tool_kinematics_kernel(q: Array, p_WE: Array, R_WE: Array, J_WE: Array) -> N
 
 @njit(cache=True)
 def rotation_vector_kernel(R_desired: Array, R: Array, w: Array) -> float:
-    """Write the rotation vector (3,) [rad], in W, that turns R into R_desired; return its length."""
+    """Write the rotation vector (3,) [rad], in W, from R to R_desired; return its length."""
     # E = R_desired R^T; its skew part is sin(angle) times the axis.
     c = 0.0
     for i in range(3):

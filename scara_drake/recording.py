@@ -11,6 +11,7 @@ import os
 import platform
 from dataclasses import dataclass
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ BUNDLE, LOG = "recorded_signals", "recorder"
 
 @dataclass(frozen=True)
 class Signal:
-    """One variable: the logged signal it is part of, its first column there, dims, unit, meaning."""
+    """One variable: the logged signal it is in, its first column there, dims, unit, meaning."""
 
     source: str
     column: int
@@ -89,7 +90,7 @@ def add_recorder(
     sizes = [port.size() for port in signals.values()]
     starts = np.cumsum([0, *sizes]).tolist()
     metadata = {
-        "columns": dict(zip(signals, zip(starts[:-1], starts[1:], strict=True), strict=True)),
+        "columns": dict(zip(signals, pairwise(starts), strict=True)),
         "periods": {name: periods.get(name, scenario.time_step) for name in signals},
         "surfaces": [surface.name for surface in scenario.environment.surfaces],
         "scenario_name": scenario.name,
@@ -153,12 +154,12 @@ def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.D
 
     A variable whose signal the Diagram does not have is NaN throughout.
     """
-    coordinates = {
+    coordinates: dict[str, Any] = {
         "joint": list(robot.JOINT_NAMES),
         "axis": ["x", "y", "z"],
         "stick": list(STICK_NAMES),
         "motor": ["low", "high"],
-        "surface": description["surfaces"],
+        "surface": np.array(description["surfaces"], dtype=str),
     }
     sizes = {dim: len(labels) for dim, labels in coordinates.items()}
     data: dict[str, tuple[tuple[str, ...], Array, dict[str, Any]]] = {}

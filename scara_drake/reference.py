@@ -12,6 +12,8 @@ from scara_drake.pose import pose_vector
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-5  # [m], [rad]
+
 
 @njit(cache=True)
 def joint_reference(
@@ -63,7 +65,11 @@ class JointMotion:
         sweep = np.abs(self.amplitude)
         moves = np.array([[0.0] * 6, self.displacement])
         for sign, extreme in ((-1.0, moves.min(axis=0)), (1.0, moves.max(axis=0))):
-            robot.check_configuration(f"{name} at its extreme", base + extreme + sign * sweep)
+            q = base + extreme + sign * sweep
+            # The paper's 0.7854 is pi/4 rounded up: a sweep may pass its limit by the rounding.
+            inside = np.clip(q, robot.LOWER, robot.UPPER)
+            q = np.where(np.abs(q - inside) < ROUNDING, inside, q)
+            robot.check_configuration(f"{name} at its extreme", q)
 
     def start_state(self) -> Array:
         """Return (q, v) (12,) at t = 0."""

@@ -11,7 +11,7 @@ import types
 import typing
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Optional, Union
+from typing import Any
 
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
@@ -56,8 +56,8 @@ class Scenario:
     duration: float = 10.0  # [s]
     seed: int = 0
     time_step: float = 1e-3  # [s], of the plant and of every block of the 1 kHz loop
-    q0: Optional[list[float]] = None  # noqa: UP045 (yaml_load_typed knows no `X | None`)
-    operator: Union[Joystick, JointMotion] = field(default_factory=Joystick)  # noqa: UP007
+    q0: list[float] | None = None  # [m], [rad]; None: where the first reference is
+    operator: Joystick | JointMotion = field(default_factory=Joystick)
     channel: Channel = field(default_factory=Channel)
     inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
     controller: IntegralSlidingMode = field(default_factory=IntegralSlidingMode)
@@ -181,7 +181,7 @@ def _check_schema(schema: Any, data: Any, path: str) -> None:
 
 def _check_value(hint: Any, default: Any, value: Any, where: str) -> None:
     kinds = [kind for kind in _alternatives(hint) if kind is not type(None)]
-    records = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
+    records: list[Any] = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
     if value is None:
         if type(None) not in _alternatives(hint):
             raise ValueError(f"{where}: empty, allowed {_describe(kinds)}")
@@ -211,7 +211,7 @@ def _check_value(hint: Any, default: Any, value: Any, where: str) -> None:
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:
-    if typing.get_origin(hint) in (Union, types.UnionType):
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
         return typing.get_args(hint)
     return (hint,)
 

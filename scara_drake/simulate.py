@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import copy
 import math
 import tempfile
 import time
@@ -21,6 +21,7 @@ from scara_drake.journal import Journal, read_journal
 from scara_drake.progress import ProgressLine
 from scara_drake.recording import drain, metadata, to_dataset
 from scara_drake.scenario import Scenario
+from scara_drake.teleop.joystick import JoystickSource
 from scara_drake.visualization import StopButton
 
 # Simulated time between two looks at the log, the Stop button and the clock.
@@ -69,10 +70,11 @@ def simulate(
     Raises:
         ValueError: a value is out of its bounds.
     """
-    changes = {"duration": duration, "q0": None if q0 is None else [float(q) for q in q0]}
-    scenario = dataclasses.replace(
-        scenario, **{name: value for name, value in changes.items() if value is not None}
-    )
+    scenario = copy.copy(scenario)
+    if duration is not None:
+        scenario.duration = duration
+    if q0 is not None:
+        scenario.q0 = [float(q) for q in q0]
     with tempfile.TemporaryDirectory(prefix="scara_drake_") as folder:
         journal = Path(folder) / "run.journal"
         return run(scenario, journal, realtime_rate, meshcat, progress).recording
@@ -126,6 +128,8 @@ def run(
                     break
         except KeyboardInterrupt:
             interrupted = True
+        finally:
+            _close_devices(diagram)
         wall = time.perf_counter() - start
         writer.append(*drain(diagram, simulator.get_mutable_context()))
     simulated = simulator.get_context().get_time()
@@ -138,6 +142,12 @@ def _edges(scenario: Scenario) -> Sequence[float]:
     count = math.ceil(scenario.duration / (ticks * scenario.time_step)) - 1
     edges = [(block * ticks + 0.5) * scenario.time_step for block in range(1, count + 1)]
     return [*edges, scenario.duration]
+
+
+def _close_devices(diagram: Diagram) -> None:
+    for system in diagram.GetSystems():
+        if isinstance(system, JoystickSource):
+            system.close()
 
 
 def _warm_up(diagram: Diagram, time_step: float) -> None:

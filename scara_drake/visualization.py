@@ -26,12 +26,13 @@ PERIOD = 1.0 / 32.0  # of the pictures [s]
 TRAIL_PERIOD = 1.0 / 16.0  # [s]
 GHOST_COLOR = Rgba(0.95, 0.05, 0.75, 0.40)
 TRAIL_COLOR = Rgba(0.05, 0.62, 0.45, 1.0)
-FORCE_COLOR = Rgba(0.88, 0.04, 0.04, 1.0)
+FORCE_COLOR = Rgba(0.90, 0.04, 0.04, 0.99)  # not opaque: drawn after the translucent wall
 
 FORCE_THRESHOLD = 1.0  # below it no arrow is drawn [N]
 _METRES_PER_NEWTON = 1.0 / 400.0
 _LONGEST_ARROW = 0.9  # [m]
 _HEAD = 0.14  # length of the arrow head [m]
+_ZOOM = 2.2
 _ROOT = "annotations"
 
 
@@ -43,11 +44,13 @@ def set_camera(meshcat: Meshcat, environment: Environment) -> None:
         corners += [wall.pose() @ (half * [sx, sy, 0]) for sx in (-1, 1) for sy in (-1, 1)]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
     target = (low + high) / 2
-    away = np.array([0.72, 0.62, 0.30])
-    distance = 0.80 * float(np.linalg.norm(high - low))
-    meshcat.SetCameraPose(target + distance * away / np.linalg.norm(away), target)
-    meshcat.SetProperty("/Background", "top_color", [0.80, 0.87, 0.94])
-    meshcat.SetProperty("/Background", "bottom_color", [0.98, 0.98, 0.98])
+    away = np.array([1.0, 0.6, 0.5]) / np.linalg.norm([1.0, 0.6, 0.5])
+    distance = 1.45 * float(np.linalg.norm(high - low))
+    meshcat.SetCameraPose(target + distance * away, target)
+    # A longer lens than the default 75 degrees, so that the picture is less bent.
+    meshcat.SetProperty("/Cameras/default/rotated/<object>", "zoom", _ZOOM)
+    meshcat.SetProperty("/Background/<object>", "top_color", [0.78, 0.86, 0.94])
+    meshcat.SetProperty("/Background/<object>", "bottom_color", [0.99, 0.99, 0.99])
     meshcat.SetProperty("/Axes", "visible", False)
 
 
@@ -59,7 +62,7 @@ class SceneAnnotations(LeafSystem):
         X_WE_desired (7): p (3) [m], quaternion w, x, y, z of the desired tool
         f_env_on_tool_W (3): force of the environment on the tool point [N]
     Discrete state: the index of the newest point of the trail, and its points (n, 3) [m] as a ring.
-    Update (every TRAIL_PERIOD) and initial: the tool point joins the trail; at first it is all of it.
+    Update (every TRAIL_PERIOD): the tool point joins the trail. Initial: all its points are there.
     Publish (every PERIOD): the pictures, at the time of the context in a recording.
     """
 
@@ -174,6 +177,9 @@ def _draw_arrow(meshcat: Meshcat, path: str) -> None:
     meshcat.SetObject(f"{path}/shaft", Cylinder(0.028, 1.0), FORCE_COLOR)
     meshcat.SetObject(f"{path}/head", MeshcatCone(_HEAD, 0.07, 0.07), FORCE_COLOR)
     meshcat.SetTransform(f"{path}/head", RigidTransform(RotationMatrix.MakeXRotation(np.pi)))
+    for part in ("shaft", "head"):  # the wall, though translucent, would wash them out
+        meshcat.SetProperty(f"{path}/{part}/<object>", "renderOrder", 1.0)
+        meshcat.SetProperty(f"{path}/{part}/<object>", "material.depthTest", False)
 
 
 def add_visualization(

@@ -82,7 +82,7 @@ def test_ports_and_initial_outputs() -> None:
 
 def test_memory_is_sized_for_the_longest_delay_only() -> None:
     context = SignalDelay(SineDelay(0.2), np.zeros(8)).CreateDefaultContext()
-    assert 8 * 201 <= context.num_total_states() <= 8 * 205
+    assert 8 * 201 <= context.num_total_states() <= 8 * 204
 
 
 @pytest.mark.parametrize("steps", [0, 1, 7, 100, 300])
@@ -167,7 +167,7 @@ def test_a_second_run_on_the_same_diagram_starts_clean() -> None:
 @settings(max_examples=100, deadline=None)
 @given(
     samples=st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=40),
-    age=st.floats(0, 8),
+    age=st.floats(0, 9),
 )
 def test_ring_reads_what_was_sent_that_long_ago(samples: list[float], age: float) -> None:
     ring = np.zeros(1 + 10 * 1)

@@ -116,6 +116,21 @@ def test_another_joystick_does_not_take_the_place_of_the_lost_one(pad: VirtualPa
     other.unplug()
 
 
+def test_a_twin_in_use_does_not_take_the_place_of_the_lost_one(pad: VirtualPad) -> None:
+    twin = VirtualPad()
+    lost, kept = PygameDevice(0), PygameDevice(1)
+    pad.axis(0, 0.5)
+    twin.axis(0, -0.5)
+    held = lost.read()
+    kept.read()
+    pad.unplug()
+    newcomer = VirtualPad("Other Stick")  # makes the lost one look around
+    np.testing.assert_array_equal(lost.read(), held)
+    np.testing.assert_array_equal(lost.read(), held)
+    twin.unplug()
+    newcomer.unplug()
+
+
 def test_two_devices_both_hear_of_a_removal(pad: VirtualPad) -> None:
     second_pad = VirtualPad("Second Pad")
     first, second = PygameDevice(0), PygameDevice(1)

@@ -116,8 +116,8 @@ class IntegralSlidingModeController(LeafSystem):
 
     def __init__(self, gains: IntegralSlidingMode, period: float = 1e-3):
         super().__init__()
-        self._gains = tuple(np.array(v) for v in (gains.k, gains.rho, gains.phi))
-        self._c = np.array(gains.c)
+        self._c, self._k = np.array(gains.c), np.array(gains.k)
+        self._rho, self._phi = np.array(gains.rho), np.array(gains.phi)
         self._m_hat = np.array(robot.nominal_inertias())
         self._effort = np.array(robot.EFFORT)
         self._period = period
@@ -151,7 +151,9 @@ class IntegralSlidingModeController(LeafSystem):
         ismc_law(
             sigma,
             discrete.get_mutable_value(self._z),
-            *self._gains,
+            self._k,
+            self._rho,
+            self._phi,
             self._m_hat,
             self._effort,
             period,

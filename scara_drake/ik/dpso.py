@@ -32,6 +32,8 @@ REDUCTION = 10.0  # d_M of (23)
 # evaluations of this nominal duration [s]: the paper's 52 iterations then give its 40 particles.
 EVALUATION_TIME = 65e-6
 
+HISTORY_ROWS = 20_000  # a longer history is cut
+
 
 @njit(cache=True)
 def population_kernel(moving: int) -> int:
@@ -79,7 +81,6 @@ def search_kernel(
     high: Array,
     lower: Array,
     upper: Array,
-    seeded: bool,
     state: Draws,
     history: Array,
     q: Array,
@@ -97,7 +98,6 @@ def search_kernel(
         high: box of the draws (6,).
         lower: joint limits (6,).
         upper: joint limits (6,).
-        seeded: q is given as the first particle of the first pass.
         state: of the draws.
         history: (h, 2).
         q: posture (6,), in place; its mast height is kept where first_joint is 1.
@@ -114,6 +114,7 @@ def search_kernel(
     best, best_score, start = q.copy(), np.inf, q.copy()
     around_low, around_high, trial = np.empty(6), np.empty(6), np.empty(6)
     any_rotation = np.inf if dual and not polish else ROTATION_TOLERANCE
+    budget = parameters.polish_budget if polish and dual else parameters.budget
     evaluations, iterations, written, passes = 0, 0, 0, 0
     while True:
         x, costs = np.empty((first.particles, 6)), np.empty(first.particles)
@@ -122,7 +123,7 @@ def search_kernel(
         it1, ev1, position, rotation = swarm_kernel(
             first, parameters.squared, p, R, first_joint, low, high, lower, upper,
             POSITION_TOLERANCE, any_rotation, state, x, costs,
-            1 if seeded and passes == 0 else 0, history, written,
+            0, history, written,
         )  # fmt: skip
         iterations += it1
         evaluations += ev1
@@ -183,7 +184,7 @@ def search_kernel(
                     break
         passes += 1
         done = position <= POSITION_TOLERANCE and rotation <= ROTATION_TOLERANCE
-        if done or evaluations >= parameters.budget:
+        if done or evaluations >= budget:
             # The leader of a swarm that ended inside the tolerance, else the best of all.
             q[:] = x[0] if done and not polish else best
             return evaluations, iterations, written
@@ -198,14 +199,14 @@ def _solve(problem: Problem, options: SwarmOptions, dual: bool) -> Answer:
     polish = dual if options.polish is None else options.polish
     low, high = search_box(problem.p)
     q = problem.start.copy()
-    rows = parameters.budget // 8 + 2000 if options.history else 0
+    rows = HISTORY_ROWS if options.history else 0
     history = np.empty((rows, 2))
     evaluations, iterations, written = search_kernel(
         parameters, dual, polish, problem.p, problem.R, problem.first_joint, low, high, LOWER,
-        UPPER, problem.seeded, draws(problem.seed), history, q,
+        UPPER, draws(problem.seed), history, q,
     )  # fmt: skip
     nearest_turns_kernel(q, problem.start, LOWER, UPPER)
-    kept = history[: min(written, rows)].copy() if options.history else None
+    kept = history[:written].copy() if options.history else None
     return Answer(q, evaluations, iterations, kept)
 
 
@@ -230,10 +231,10 @@ def attainable(problem: Problem, limits: bool, seed: int = 0) -> bool:
     low, high = search_box(problem.p)
     low[1:], high[1:] = lower[1:], upper[1:]
     q = problem.start.copy()
-    parameters = SwarmOptions(budget=20_000).parameter_set()
+    parameters = SwarmOptions().parameter_set()
     search_kernel(
         parameters, True, True, problem.p, problem.R, problem.first_joint, low, high, lower, upper,
-        False, draws(seed), np.empty((0, 2)), q,
+         draws(seed), np.empty((0, 2)), q,
     )  # fmt: skip
     position, rotation = error_kernel(q, problem.p, problem.R)
     return bool(position <= POSITION_TOLERANCE and rotation <= ROTATION_TOLERANCE)

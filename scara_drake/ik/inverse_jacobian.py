@@ -20,12 +20,13 @@ from scara_drake.ik.result import (
     PathAnswer,
     Problem,
 )
-from scara_drake.kinematics import rotation_vector_kernel, tool_kinematics_kernel
+from scara_drake.kinematics import REACH, rotation_vector_kernel, tool_kinematics_kernel
 
 Array = NDArray[np.float64]
 
 LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
-NO_HISTORY = np.empty((0, 2))
+# No joint moves the tool faster than this [m/rad]: the reach.
+LARGEST_GAIN = REACH
 
 
 @njit(cache=True)
@@ -59,20 +60,37 @@ def track_pose_kernel(
     """
     p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     e_p, e_w, dq, free, start = np.empty(3), np.empty(3), np.empty(6), np.empty(6), q.copy()
+    smallest = np.inf
+    for j in range(first_joint, 6):
+        smallest = min(smallest, max_step[j])
     for _ in range(iterations):
         tool_kinematics_kernel(q, p, R, J)
         angle = rotation_vector_kernel(R_desired, R, e_w)
+        size = 0.0
         for i in range(3):
             e_p[i] = p_desired[i] - p[i]
+            size += e_p[i] * e_p[i]
+        size = np.sqrt(size) + ROTATION_LENGTH * angle
         # A residual that stays bends the null space: damping of its size keeps the step short.
-        bounded_step_kernel(
-            J, e_p, e_w, position_first, 0.5 * angle * angle, q, first_joint, lower, upper, free, dq
-        )
+        extra_p, extra_w = 0.0, 0.5 * angle * angle
         scale = 1.0
-        for j in range(first_joint, 6):
-            move = abs(q[j] + dq[j] - start[j])
-            if move > max_step[j] * scale:
-                scale = max_step[j] / move
+        for attempt in range(2):
+            bounded_step_kernel(
+                J, e_p, e_w, position_first, extra_p, extra_w, q, first_joint, lower, upper, free,
+                dq,
+            )  # fmt: skip
+            scale = 1.0
+            for j in range(first_joint, 6):
+                move = abs(q[j] + dq[j] - start[j])
+                if move > max_step[j]:
+                    scale = min(scale, max_step[j] / move)
+            if scale == 1.0:
+                break
+            if attempt == 0:
+                # Too far for one call: as much damping as makes the step fit, so that a direction
+                # that is nearly lost does not take the whole of it.
+                extra_p = min((0.5 * size / smallest) ** 2, LARGEST_GAIN * size / smallest)
+                extra_w = max(extra_w, min((0.5 * angle / smallest) ** 2, angle / smallest))
         for j in range(first_joint, 6):
             moved = start[j] + scale * (q[j] + dq[j] - start[j])
             q[j] = min(max(moved, lower[j]), upper[j])
@@ -118,7 +136,9 @@ def joint_rates_kernel(
         outward = (q[0] <= lower[0] and mast_rate < 0.0) or (q[0] >= upper[0] and mast_rate > 0.0)
         mast = 0.0 if outward else mast_rate
         v[2] -= mast
-    bounded_step_kernel(J, v, w_WE, position_first, 0.0, q, first_joint, lower, upper, free, rates)
+    bounded_step_kernel(
+        J, v, w_WE, position_first, 0.0, 0.0, q, first_joint, lower, upper, free, rates
+    )
     if first_joint > 0:
         rates[0] = mast
 
@@ -173,23 +193,39 @@ def follow_kernel(
     `stop_on_failure`, else n.
     """
     none = np.empty((0, 2))
-    before = start.copy()
+    before, pace = start.copy(), np.zeros(6)
+    if begin > 1:
+        pace[:] = before - q[begin - 2]
     for k in range(begin, p.shape[0]):
-        q[k] = before
-        position, rotation, evaluations[k], steps[k] = _solve_kernel(
-            q[k], p[k], R[k], first_joint, position_first, length, lower, upper, step, iterations,
-            False, none,
-        )  # fmt: skip
-        largest = 0.0
-        for j in range(6):
-            largest = max(largest, abs(q[k, j] - before[j]))
-        if largest > max_change:
+        evaluations[k], steps[k] = 0, 0
+        good = False
+        # From where the motion would carry on, which passes through a singular posture instead of
+        # turning back there; else from the posture before.
+        for attempt in range(2):
+            for j in range(6):
+                ahead = before[j] + (pace[j] if attempt == 0 else 0.0)
+                q[k, j] = min(max(ahead, lower[j]), upper[j]) if j >= first_joint else before[j]
+            position, rotation, ev, it = _solve_kernel(
+                q[k], p[k], R[k], first_joint, position_first, length, lower, upper, step,
+                iterations, False, none,
+            )  # fmt: skip
+            evaluations[k] += ev
+            steps[k] += it
+            largest = 0.0
+            for j in range(6):
+                largest = max(largest, abs(q[k, j] - before[j]))
+            good = position <= POSITION_TOLERANCE and (
+                position_first or rotation <= ROTATION_TOLERANCE
+            )
+            good = good and largest <= max_change
+            if good:
+                break
+        if not good and largest > max_change:
             for j in range(6):
                 q[k, j] = before[j] + (q[k, j] - before[j]) * max_change / largest
-            position, rotation = error_kernel(q[k], p[k], R[k])
-        good = position <= POSITION_TOLERANCE and (position_first or rotation <= ROTATION_TOLERANCE)
         if stop_on_failure and not good:
             return k
+        pace[:] = q[k] - before
         before[:] = q[k]
     return p.shape[0]
 

@@ -83,7 +83,9 @@ def _projected_step(A: Array, e: Array, rank: int, bound: float, extra: float, d
             for j in range(6):
                 s += A[i, j] * A[k, j]
             G[i, k] = s
-    damping = extra + damping_kernel(eigenvalue_kernel(G, rank), bound)
+    # Below full rank the part of e that A cannot reach must not be divided by rounding.
+    floor = 0.0 if rank == 3 else 1e-7
+    damping = extra + floor + damping_kernel(eigenvalue_kernel(G, rank), bound)
     for i in range(3):
         G[i, i] += damping
     cholesky_kernel(G, 3)
@@ -94,11 +96,11 @@ def _projected_step(A: Array, e: Array, rank: int, bound: float, extra: float, d
 
 @njit(cache=True)
 def position_first_kernel(
-    J_WE: Array, e_p: Array, e_w: Array, free: Array, extra: float, dq: Array
+    J_WE: Array, e_p: Array, e_w: Array, free: Array, extra_p: float, extra_w: float, dq: Array
 ) -> None:
     """Write the step (6,) that meets e_p (3,), and e_w (3,) as far as its null space allows.
 
-    `extra` adds to the damping of the orientation.
+    `extra_p` and `extra_w` add to the squared damping of the position and the orientation.
     """
     A, Q, b = np.empty((3, 6)), np.zeros((3, 6)), np.empty(3)
     moving = 0
@@ -109,7 +111,7 @@ def position_first_kernel(
             A[i, j] = J_WE[3 + i, j] * free[j]
     if moving == 0:
         return
-    _projected_step(A, e_p, min(3, moving), POSITION_BOUND, 0.0, dq)
+    _projected_step(A, e_p, min(3, moving), POSITION_BOUND, extra_p, dq)
     if moving <= 3:
         return
     # Orthonormal rows that span the position rows (Gram-Schmidt, each projection twice).
@@ -136,7 +138,7 @@ def position_first_kernel(
                 s = _dot(A[i], Q[k])
                 for j in range(6):
                     A[i, j] -= s * Q[k, j]
-    _projected_step(A, b, min(3, moving - 3), ROTATION_BOUND, extra, dq)
+    _projected_step(A, b, min(3, moving - 3), ROTATION_BOUND, extra_w, dq)
 
 
 @njit(cache=True)
@@ -173,7 +175,9 @@ def normal_equations_kernel(
 
 
 @njit(cache=True)
-def weighted_kernel(J_WE: Array, e_p: Array, e_w: Array, free: Array, dq: Array) -> None:
+def weighted_kernel(
+    J_WE: Array, e_p: Array, e_w: Array, free: Array, extra: float, dq: Array
+) -> None:
     """Write the step (6,) that meets position and orientation together in the weighted sense.
 
     The smallest eigenvalue, which decides the damping, comes from inverse iteration.
@@ -193,7 +197,7 @@ def weighted_kernel(J_WE: Array, e_p: Array, e_w: Array, free: Array, dq: Array)
             x[j] /= n
         substitute_kernel(H, x, 6)
         smallest = 1.0 / np.sqrt(_dot(x, x))
-    damping = damping_kernel(smallest, WEIGHTED_BOUND)
+    damping = extra + damping_kernel(smallest, WEIGHTED_BOUND)
     if damping > 2e-12:
         normal_equations_kernel(J_WE, e_p, e_w, ROTATION_LENGTH, free, H, dq)
         for j in range(6):
@@ -208,7 +212,8 @@ def bounded_step_kernel(
     e_p: Array,
     e_w: Array,
     position_first: bool,
-    extra: float,
+    extra_p: float,
+    extra_w: float,
     q: Array,
     first_joint: int,
     lower: Array,
@@ -224,9 +229,9 @@ def bounded_step_kernel(
         free[j] = 1.0 if j >= first_joint else 0.0
     for _ in range(6):
         if position_first:
-            position_first_kernel(J_WE, e_p, e_w, free, extra, dq)
+            position_first_kernel(J_WE, e_p, e_w, free, extra_p, extra_w, dq)
         else:
-            weighted_kernel(J_WE, e_p, e_w, free, dq)
+            weighted_kernel(J_WE, e_p, e_w, free, extra_p, dq)
         again = False
         for j in range(first_joint, 6):
             out = (q[j] <= lower[j] and dq[j] < 0.0) or (q[j] >= upper[j] and dq[j] > 0.0)

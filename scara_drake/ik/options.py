@@ -56,6 +56,7 @@ class Dpso(NamedTuple):
         best: how many of its particles are polished.
         steps: least-squares steps of each.
         budget: a new pass begins only below so many evaluations.
+        polish_budget: the same with polish, where passes are short and almost never fail.
     """
 
     pso1: Swarm
@@ -68,6 +69,7 @@ class Dpso(NamedTuple):
     best: int
     steps: int
     budget: int
+    polish_budget: int
 
 
 # Found by an evolutionary search on targets of their own. Iterating before the polish costs time
@@ -83,6 +85,7 @@ TUNED: Final = Dpso(
     best=4,
     steps=15,
     budget=400_000,
+    polish_budget=20_000,
 )
 
 # The paper's own structure, in one pass. Its Table 7 is lost: inertia, its damping, c1, c2 and the
@@ -98,6 +101,7 @@ PAPER: Final = Dpso(
     best=8,
     steps=15,
     budget=1,
+    polish_budget=400_000,
 )
 
 PARAMETERS: Final = {"tuned": TUNED, "paper": PAPER}
@@ -183,7 +187,9 @@ class SwarmOptions(MethodOptions):
         """Return the parameters, with the budget of these options."""
         named = self.parameters
         chosen = named if isinstance(named, Dpso) else PARAMETERS[named]
-        return chosen if self.budget is None else chosen._replace(budget=self.budget)
+        if self.budget is None:
+            return chosen
+        return chosen._replace(budget=self.budget, polish_budget=self.budget)
 
 
 @dataclass

@@ -204,7 +204,7 @@ def refine_position_first_kernel(
             tool_kinematics_kernel(q, p, R, J)
             rotation_vector_kernel(R_desired, R, e_w)
             e_p[:] = 0.0
-        bounded_step_kernel(J, e_p, e_w, True, mu, q, first_joint, lower, upper, free, dq)
+        bounded_step_kernel(J, e_p, e_w, True, 0.0, mu, q, first_joint, lower, upper, free, dq)
         if _limit_step(dq, step) < 1e-10:
             break
         for j in range(6):

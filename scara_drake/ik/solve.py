@@ -192,7 +192,6 @@ def _problem(
         first_joint=1 if joints == "arm" else 0,
         position_first=task == "position",
         start=start,
-        seeded=q_seed is not None,
         seed=int(seed),
     )
 

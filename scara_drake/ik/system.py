@@ -61,6 +61,20 @@ class InverseKinematics:
         for gain in ("bandwidth", "position_gain", "rotation_gain"):
             checks.number(f"{name}.{gain}", getattr(self, gain), smallest, 400.0)
 
+    def bounds(self) -> Array:
+        """Return the bounds (7,) that `servo.follow_command` takes."""
+        return np.array(
+            [
+                self.max_speed,
+                self.max_acceleration,
+                self.max_turn_rate,
+                self.max_turn_acceleration,
+                robot.MAX_SPEED[0],
+                self.mast_acceleration,
+                self.bandwidth,
+            ]
+        )
+
 
 def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> Array:
     """Return q (6,) for the first command (8,), on the branch nearest the home posture.
@@ -116,18 +130,7 @@ class InverseKinematicsSystem(LeafSystem):
         self._config, self._seed, self._period = config, seed, period
         self._mast_follows = config.joints == "arm"
         self._position_first = config.task == "position"
-        mast_speed = float(robot.MAX_SPEED[0])
-        self._bounds = np.array(
-            [
-                config.max_speed,
-                config.max_acceleration,
-                config.max_turn_rate,
-                config.max_turn_acceleration,
-                mast_speed,
-                config.mast_acceleration,
-                config.bandwidth,
-            ]
-        )
+        self._bounds = config.bounds()
         self._gains = np.array([config.position_gain, config.rotation_gain])
         self._lower, self._upper = np.array(robot.LOWER), np.array(robot.UPPER)
         self._max_rates = np.array(robot.MAX_SPEED)
@@ -136,7 +139,7 @@ class InverseKinematicsSystem(LeafSystem):
             q = first_posture(config, first_command, seed)
         else:
             q = robot.check_configuration("q_start", q_start)
-        limiter = _limiter_at(q)
+        limiter = limiter_at(q)
         self._command = self.DeclareVectorInputPort("tool_command", 8)
         self._desired = self.DeclareDiscreteState(np.concatenate([q, np.zeros(6)]))
         self._pose = self.DeclareDiscreteState(limiter[: servo.POSE_SIZE])
@@ -213,7 +216,7 @@ class InverseKinematicsSystem(LeafSystem):
         discrete.get_mutable_value(self._status)[0] = status if result.success else servo.HOLDING
 
 
-def _limiter_at(q: Array) -> Array:
+def limiter_at(q: Array) -> Array:
     """Return the limiter (15,) at rest at the tool pose of q."""
     limiter = np.zeros(servo.LIMITER_SIZE)
     limiter[: servo.POSE_SIZE] = pose_vector(q)

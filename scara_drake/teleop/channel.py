@@ -103,7 +103,7 @@ def push_and_read(ring: Array, sent: Array, age: float, received: Array) -> None
     """Push a sample into a ring and read the one of `age` samples ago, by linear interpolation.
 
     Args:
-        ring: (1 + rows n,): where the newest row is, then the rows; at least age + 2 rows.
+        ring: (1 + rows n,): where the newest row is, then the rows; at least ceil(age) + 1.
         sent: (n,), the sample to push.
         age: 0 or more, in samples; 0 reads what was just pushed.
         received: (n,), written.
@@ -158,8 +158,9 @@ class SignalDelay(LeafSystem):
     Initial: signal_received = initial, delay = that of t = 0. The ports change right after t, so a
     reader in the same loop sees the signal one tick later than the delay alone: zero delay costs
     one period, as with Drake's DiscreteTimeDelay, which a constant delay equals bit for bit (save
-    that this one starts from `initial`, not from zero). The delay is taken at the time of reading (Simulink's variable time delay): where it
-    grows faster than time, the received signal runs backwards.
+    that this one starts from `initial`, not from zero). The delay is taken at the time of reading
+    (as in Simulink's variable time delay): where it grows faster than time, the received signal
+    runs backwards.
 
     Args:
         delay: a checked delay; the memory holds delay.maximum() and no more.
@@ -181,7 +182,7 @@ class SignalDelay(LeafSystem):
             raise ValueError(f"initial: shape {first.shape}, allowed (n,), n > 0, all finite")
         self._parameters = delay.parameters()
         self._period = period
-        rows = math.ceil(delay.maximum() / period) + 2
+        rows = math.ceil(delay.maximum() / period) + 1
         self._sent = self.DeclareVectorInputPort("signal_sent", first.size)
         self._ring = self.DeclareDiscreteState(np.concatenate([[0.0], np.tile(first, rows)]))
         self._received = self.DeclareDiscreteState(first)

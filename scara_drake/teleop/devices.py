@@ -75,6 +75,7 @@ class _Sdl:
 
         self.pygame = pygame
         self.gone: set[int] = set()
+        self.taken: set[int] = set()  # by a PygameDevice, now or before
         self.arrivals = 0
 
     def poll(self) -> None:
@@ -140,6 +141,7 @@ class PygameDevice:
         self._guid: str = joystick.get_guid()
         self._name: str = joystick.get_name()
         self._arrivals = self._sdl.arrivals
+        self._sdl.taken.add(self._instance)
 
     @property
     def name(self) -> str:
@@ -167,8 +169,8 @@ class PygameDevice:
             return
         self._arrivals = self._sdl.arrivals
         for joystick in self._sdl.joysticks():
-            newer = joystick.get_instance_id() > self._instance
-            if newer and joystick.get_guid() == self._guid:
+            free = joystick.get_instance_id() not in self._sdl.taken
+            if free and joystick.get_guid() == self._guid:
                 self._open(joystick)
                 return
 

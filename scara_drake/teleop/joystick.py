@@ -55,6 +55,11 @@ class JoystickSource(LeafSystem):
         self.DeclareStateOutputPort("joystick_axes", state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
 
+    def close(self) -> None:
+        """Let go of the device, if there is one: its motors stop. Call it after the last run."""
+        if self._device is not None:
+            self._device.close()
+
     def _sample(self, context: Context, discrete: DiscreteValues) -> None:
         if self._device is not None:
             sample = np.asarray(self._device.read(), dtype=np.float64)

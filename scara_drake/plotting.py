@@ -1,0 +1,175 @@
+"""Plots of recordings: each function draws one thing into the axes it is given, and no more.
+
+Colours are those of the scene: what is desired is magenta, what is measured green, force red.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from pydrake.common.yaml import yaml_load
+
+from scara_drake import checks, kinematics, metrics, robot
+from scara_drake.environment import Wall
+
+COMMANDED, DESIRED, MEASURED = "0.6", "#d6129c", "#0d9e73"
+FORCE, LAW, WALL = "#d62020", "0.15", "#6b94bd"
+REVOLUTE = robot.JOINT_NAMES[1:]
+
+
+def tracking(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) -> None:
+    """Draw the desired (dashed) and the measured positions of joints.
+
+    Raises:
+        ValueError: no such joint, or d1 [m] together with a revolute joint [rad].
+    """
+    unit = _unit(joints)
+    for joint in joints:
+        name = _symbol(joint)
+        (line,) = ax.plot(recording.time, recording.q_measured.sel(joint=joint), label=name)
+        ax.plot(
+            recording.time,
+            recording.q_desired.sel(joint=joint),
+            color=line.get_color(),
+            linestyle="--",
+            label=f"{name} desired",
+        )
+    _finish(ax, "time [s]", f"position [{unit}]")
+
+
+def tracking_error(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) -> None:
+    """Draw the errors q_desired - q_measured of joints, in mm or mrad.
+
+    Raises:
+        ValueError: no such joint, or d1 [m] together with a revolute joint [rad].
+    """
+    unit = _unit(joints)
+    error = metrics.tracking_error(recording)
+    for joint in joints:
+        ax.plot(recording.time, 1e3 * error.sel(joint=joint), label=_symbol(joint))
+    _finish(ax, "time [s]", f"error [m{unit}]")
+
+
+def tool_path(recording: xr.Dataset, ax: Axes) -> None:
+    """Draw the way of the tool seen from above, with the walls that stand upright."""
+    for kind, color, style in (
+        ("commanded", COMMANDED, ":"),
+        ("desired", DESIRED, "--"),
+        ("measured", MEASURED, "-"),
+    ):
+        path = recording[f"p_WE_{kind}"]
+        if path.notnull().any():
+            x, y = path.sel(axis="x"), path.sel(axis="y")
+            ax.plot(x, y, color=color, linestyle=style, label=kind)
+    limits = ax.axis()
+    for wall in walls(recording):
+        if abs(wall.normal[2]) < 0.99:
+            half = wall.size[0] / 2
+            left, right = (wall.pose() @ np.array([side, 0.0, 0.0]) for side in (-half, half))
+            ends = np.stack([left, right])
+            ax.plot(ends[:, 0], ends[:, 1], color=WALL, linewidth=3, label=wall.name)
+            limits = _around(limits, wall.point[:2])
+    ax.axis(limits)
+    ax.set_aspect("equal", adjustable="box")
+    _finish(ax, "x [m]", "y [m]", loc="lower left")
+
+
+def contact_force(recording: xr.Dataset, ax: Axes, surface: str | None = None) -> None:
+    """Draw the force on the tool along a wall's normal, and K d + B d' where it touches.
+
+    The law (52) is drawn as the paper has it. The simulated force lets B grow over the first
+    millimetre and never pulls, so the two part at touch and on a fast retreat.
+
+    Args:
+        recording: of a run with a wall.
+        ax: where to draw.
+        surface: name of the wall; the first one if None.
+
+    Raises:
+        ValueError: the recording has no such wall.
+    """
+    by_name = {wall.name: wall for wall in walls(recording)}
+    name = next(iter(by_name), "") if surface is None else surface
+    checks.choice("surface", name, by_name)
+    wall = by_name[name]
+    normal = wall.pose().rotation().matrix()[:, 2]  # col(2) would be a view that dangles
+    depth = recording.penetration.sel(surface=name).values
+    rate = -_tool_velocity(recording) @ normal
+    law = np.where(depth > 0.0, wall.stiffness * depth + wall.damping * rate, 0.0)
+    ax.plot(recording.time, recording.f_env_on_tool_W.values @ normal, color=FORCE, label="force")
+    ax.plot(recording.time, law, color=LAW, linestyle="--", label="K d + B d'")
+    _finish(ax, "time [s]", "force [N]")
+
+
+def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
+    """Draw the force at the robot, the force after the channel, and the two rumble motors.
+
+    Returns:
+        The axes on the right, on which the rumble is.
+    """
+    at_robot = metrics.contact_force(recording)
+    received = np.sqrt((recording.f_haptic**2).sum("axis", skipna=False))
+    ax.plot(recording.time, at_robot, color=FORCE, label="at the robot")
+    ax.plot(recording.time, received, color=LAW, linestyle="--", label="after the channel")
+    right = ax.twinx()
+    for motor, color in zip(recording.motor.values, ("#2f6fb0", "#e0962a"), strict=True):
+        level = recording.rumble.sel(motor=motor)
+        right.plot(recording.time, level, color=color, linewidth=1, label=f"{motor} motor")
+    right.set_ylim(0.0, 1.05)
+    right.set_ylabel("rumble [1]")
+    right.legend(loc="upper right", fontsize="small")
+    _finish(ax, "time [s]", "force [N]", loc="upper left")
+    return right
+
+
+def walls(recording: xr.Dataset) -> list[Wall]:
+    """Return the walls of the scenario that a recording was made of."""
+    scenario = yaml_load(data=recording.attrs["scenario"], private=True)
+    return [Wall(**fields) for fields in scenario["environment"]["surfaces"]]
+
+
+def _tool_velocity(recording: xr.Dataset) -> np.ndarray:
+    J_WE = kinematics.jacobian(recording.q_measured.values)
+    return np.einsum("tij,tj->ti", J_WE[:, 3:], recording.v_measured.values)
+
+
+def _unit(joints: Sequence[str]) -> str:
+    for joint in joints:
+        checks.choice("joints", joint, robot.JOINT_NAMES)
+    units = {robot.JOINT_UNITS[robot.JOINT_NAMES.index(joint)] for joint in joints}
+    if len(units) != 1:
+        raise ValueError(f"joints: {', '.join(joints)}, allowed d1 alone, or revolute joints")
+    return units.pop()
+
+
+def _symbol(joint: str) -> str:
+    return joint.replace("theta", "θ")
+
+
+def _around(
+    limits: tuple[float, float, float, float], point: Sequence[float], margin: float = 0.05
+) -> tuple[float, float, float, float]:
+    left, right, bottom, top = limits
+    x, y = point
+    return (
+        min(left, x - margin),
+        max(right, x + margin),
+        min(bottom, y - margin),
+        max(top, y + margin),
+    )
+
+
+def _finish(
+    ax: Axes,
+    x: str,
+    y: str,
+    loc: Literal["upper right", "upper left", "lower left"] = "upper right",
+) -> None:
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(alpha=0.3)
+    ax.legend(loc=loc, fontsize="small")

@@ -1,0 +1,132 @@
+import numpy as np
+import pytest
+from leaf import outputs, ports, tick
+
+from scara_drake import kinematics, load_scenario, robot, simulate
+from scara_drake.ik import solve
+from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem, first_posture
+from scara_drake.pose import pose_matrix
+from scara_drake.teleop.mapping import JoystickMapping, initial_command
+
+COMMAND = initial_command(JoystickMapping())
+
+
+def system_and_context(command=COMMAND, **options):
+    system = InverseKinematicsSystem(InverseKinematics(**options), COMMAND, seed=1)
+    context = system.CreateDefaultContext()
+    system.get_input_port().FixValue(context, command)
+    return system, context
+
+
+def test_ports():
+    system, _ = system_and_context()
+    assert ports(system) == (
+        {"tool_command": 8},
+        {"state_desired": 12, "X_WE_desired": 7, "status": 1},
+    )
+
+
+@pytest.mark.parametrize("method", ["dpsoij", "inverse_jacobian", "dpso", "pso"])
+def test_starts_at_the_answer_for_the_first_command(method):
+    system, context = system_and_context(method=method)
+    state = system.GetOutputPort("state_desired").Eval(context)
+    distance, _ = kinematics.pose_error(
+        pose_matrix(COMMAND), kinematics.forward_kinematics(state[:6])
+    )
+    assert distance < 5e-3
+    np.testing.assert_array_equal(state[6:], 0.0)
+    assert state[0] == COMMAND[7]
+
+
+@pytest.mark.parametrize(("joints", "task"), [("arm", "position"), ("full", "pose")])
+def test_the_first_posture_is_on_the_branch_nearest_home(joints, task):
+    """No answer of an exhaustive search is nearer to home and as good."""
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        command = COMMAND.copy()
+        command[:3] += rng.uniform(-0.3, 0.3, 3)
+        config = InverseKinematics(joints=joints, task=task)
+        home = robot.HOME.copy()
+        home[0] = command[7]
+        answer = first_posture(config, command, seed=0)
+        _, angle = kinematics.pose_error(
+            pose_matrix(command), kinematics.forward_kinematics(answer)
+        )
+        distance = np.linalg.norm(answer - home)
+        for _ in range(60):
+            start = rng.uniform(robot.LOWER, robot.UPPER)
+            start[0] = command[7]
+            other = solve(
+                pose_matrix(command),
+                "inverse_jacobian",
+                joints,
+                task,
+                q_seed=start,
+                max_iterations=200,
+            )
+            if other.success and other.rotation_error < angle - 1e-3:
+                pytest.fail(f"better oriented: {other.q}")
+            if other.success and other.rotation_error < angle + 1e-3:
+                # Wraps of a whole turn are other answers too: take the nearest.
+                turns = 2 * np.pi * np.round((other.q - home) / (2 * np.pi)) * [0, 1, 1, 0, 0, 1]
+                assert np.linalg.norm(other.q - turns - home) > distance - 1e-2
+
+
+def test_an_unreachable_first_command_is_refused():
+    command = COMMAND.copy()
+    command[0] = 5.0
+    with pytest.raises(ValueError, match=r"^first tool command: \[5\.000, -0\.760, 3\.000\] m"):
+        InverseKinematicsSystem(InverseKinematics(), command)
+
+
+def test_a_target_that_cannot_be_reached_is_held_and_said():
+    # The full pose asks for an orientation that the arm does not have at that height of the mast.
+    command = COMMAND.copy()
+    command[:3] = [0.0, 0.0, 9.0]
+    system, context = system_and_context(command, joints="full", task="pose", method="dpso")
+    before = system.GetOutputPort("state_desired").Eval(context)
+    for _ in range(400):
+        tick(system, context)
+        after = system.GetOutputPort("state_desired").Eval(context)
+        assert np.isfinite(after).all()
+        if system.GetOutputPort("status").Eval(context)[0] == 1.0:
+            np.testing.assert_array_equal(after[6:], 0.0)
+    del before
+
+
+@pytest.mark.parametrize("method", ["dpsoij", "dpso"])
+def test_memory_is_in_the_context(method):
+    command = COMMAND.copy()
+    command[:3] += [0.1, 0.05, -0.1]
+    system, context = system_and_context(command, method=method)
+    start = outputs(system, context)
+    for _ in range(5):
+        tick(system, context)
+    clone = context.Clone()
+    for _ in range(5):
+        tick(system, context)
+        tick(system, clone)
+    np.testing.assert_array_equal(outputs(system, context), outputs(system, clone))
+    np.testing.assert_array_equal(outputs(system, system.CreateDefaultContext()), start)
+
+
+def test_dpso_at_every_sample_jumps_and_dpsoij_does_not():
+    """Figure 22 in kind: the swarm answers each sample anew, on any branch."""
+
+    def largest_step(method):
+        scenario = load_scenario(
+            "free_motion", {"duration": 0.3, "inverse_kinematics.method": method}
+        )
+        q = simulate(scenario).q_desired.values
+        return np.abs(np.diff(q, axis=0)).max()
+
+    assert largest_step("dpsoij") < 4e-3
+    assert largest_step("dpso") > 0.5
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("method", "magic"), ("joints", "legs"), ("task", "all"), ("max_speed", 0)]
+)
+def test_bad_fields_are_refused(field, value):
+    with pytest.raises(ValueError, match=rf"^inverse_kinematics\.{field}: .*allowed"):
+        InverseKinematics(**{field: value}).validate("inverse_kinematics")

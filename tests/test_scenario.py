@@ -1,0 +1,123 @@
+import copy
+
+import numpy as np
+import pytest
+
+from scara_drake import load_scenario, make_diagram
+from scara_drake.reference import JointMotion
+from scara_drake.scenario import Scenario, dump_scenario, scenario_names
+from scara_drake.teleop.channel import SineDelay
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_shipped_scenarios_load_and_survive_a_round_trip(name, tmp_path):
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.description
+    path = tmp_path / "again.yaml"
+    path.write_text(dump_scenario(scenario))
+    assert load_scenario(path) == scenario
+
+
+def test_the_defaults_are_a_valid_scenario():
+    Scenario().validate()
+
+
+@pytest.mark.parametrize("name", ["teleoperation", "joint_sine"])
+def test_building_changes_nothing_in_the_scenario(name):
+    scenario = load_scenario(name)
+    before = copy.deepcopy(scenario)
+    make_diagram(scenario)
+    assert scenario == before
+
+
+def test_overrides():
+    scenario = load_scenario(
+        "teleoperation",
+        {
+            "controller.phi": 0.5,
+            "controller.k": [1, 2, 3, 4, 5, 6],
+            "channel.up": "!SineDelay {offset: 0.1, amplitude: 0.05, frequency: 2}",
+            "duration": "2.5",
+            "operator.mapping.scale": 0.25,
+        },
+    )
+    assert scenario.controller.phi == [0.5] * 6
+    assert scenario.controller.k == [1, 2, 3, 4, 5, 6]
+    assert scenario.channel.up == SineDelay(offset=0.1, amplitude=0.05, frequency=2)
+    assert scenario.duration == 2.5
+    assert scenario.operator.mapping.scale == 0.25
+
+
+def test_the_tables_of_the_paper():
+    table_11 = load_scenario("joint_sine").controller
+    assert table_11 == load_scenario("mast_step").controller
+    assert table_11.k == [150, 50, 35, 25, 20, 20]
+    assert table_11.c == [50, 20, 20, 15, 10, 10]
+    assert table_11.rho == [300, 150, 150, 120, 100, 100]
+    table_12 = load_scenario("teleoperation").controller
+    assert table_12.k == [150, 100, 100, 75, 40, 20]
+    assert table_12.c == [50, 50, 50, 40, 10, 10]
+    assert table_12.rho == [500, 150, 150, 120, 100, 100]
+    wall = load_scenario("teleoperation").environment.surfaces[0]
+    assert (wall.stiffness, wall.damping) == (1e4, 100.0)  # Table 4
+    motion = load_scenario("joint_sine").operator
+    assert isinstance(motion, JointMotion)
+    np.testing.assert_array_equal(np.nonzero(motion.amplitude)[0], [1, 3])
+    assert {motion.amplitude[1], motion.amplitude[3]} == {0.7854}
+    assert {motion.frequency[1], motion.frequency[3]} == {1.25}
+
+
+BAD = [
+    ({"controler.phi": 1}, r"^controler: unknown field, allowed name, "),
+    ({"controller.phy": 1}, r"^controller\.phy: unknown field, allowed c, k, rho, phi$"),
+    ({"operator.mapping.sclae": 1}, r"^operator\.mapping\.sclae: unknown field, allowed centre"),
+    ({"controller.k": -1.0}, r"^controller\.k\[0\]: -1\.0, allowed 0 or more, finite$"),
+    ({"controller.rho": float("nan")}, r"^controller\.rho\[0\]: nan, allowed 0 or more"),
+    ({"controller.k": [1.0, 2.0]}, r"^controller\.k: 2 entries, allowed 6$"),
+    ({"controller": "!Magic {}"}, r"^controller: 'Magic', allowed IntegralSlidingMode$"),
+    ({"operator": "!Magic {}"}, r"^operator: 'Magic', allowed Joystick, JointMotion$"),
+    ({"channel.up": "!ConstantDelay {delay: 9}"}, r"^channel\.up.*9 s, allowed 0 to 2\.5 s"),
+    ({"channel.up": "!ConstantDelay {delay: -1}"}, r"^channel\.up\.delay: -1"),
+    ({"operator.trace": "none.csv"}, r"none\.csv.*allowed a CSV file that exists"),
+    ({"operator.device": "mouse"}, r"^operator\.device: 'mouse', allowed trace, auto, joystick$"),
+    ({"inverse_kinematics.method": "magic"}, r"^inverse_kinematics\.method: 'magic', allowed "),
+    ({"q0": [1.0, 0, 0, 0, 0, 0]}, r"^q0: d1 = 1 m, allowed 2\.5 to 10 m$"),
+    ({"q0": [3.0, 0, 0, 9, 0, 0]}, r"^q0: theta4 = 9 rad, allowed -2\.356 to 2\.356 rad$"),
+    ({"duration": "abc"}, r"^duration: abc, allowed a number$"),
+    ({"duration": -1}, r"^duration: -1"),
+    ({"duration": None}, r"^duration: empty, allowed float$"),
+    ({"seed": 1.5}, r"^seed: 1\.5, allowed a whole number$"),
+    ({"environment.surfaces": 3}, r"^environment\.surfaces: 3, allowed a list$"),
+    ({"duration.x": 3}, r"^duration\.x: 'duration' has no fields"),
+]
+
+
+@pytest.mark.parametrize(("overrides", "message"), BAD)
+def test_bad_values_are_refused_in_one_line(overrides, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        load_scenario("teleoperation", overrides)
+    assert "\n" not in str(caught.value)
+
+
+def test_bad_files_are_refused_in_one_line(tmp_path):
+    with pytest.raises(ValueError, match=r"^scenario: 'nope', allowed free_motion, joint_sine"):
+        load_scenario("nope")
+    with pytest.raises(ValueError, match="allowed a YAML file that exists"):
+        load_scenario(tmp_path / "nope.yaml")
+    path = tmp_path / "bad.yaml"
+    for text, message in (("[1, 2", "bad.yaml: not YAML"), ("[1, 2]", "allowed a map")):
+        path.write_text(text)
+        with pytest.raises(ValueError, match=message) as caught:
+            load_scenario(path)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_trace_beside_the_scenario_is_taken(tmp_path):
+    header, *rows = "time,x,y,z,mast_axis,mast_hat\n0,0,0,0,0,0\n1,0.5,0,0,0,0\n".splitlines()
+    (tmp_path / "mine.csv").write_text("\n".join([header, *rows]))
+    (tmp_path / "mine.yaml").write_text("operator: !Joystick {trace: mine.csv}\n")
+    assert load_scenario(tmp_path / "mine.yaml").operator.trace_path() == tmp_path / "mine.csv"
+    (tmp_path / "mine.csv").write_text("\n".join([header.replace("mast_hat", "hat"), *rows]))
+    with pytest.raises(ValueError, match="mast_hat"):
+        load_scenario(tmp_path / "mine.yaml")

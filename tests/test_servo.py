@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scara_drake import kinematics, robot
+from scara_drake.ik import servo
+from scara_drake.ik.system import InverseKinematics, limiter_at
+
+DT = 1e-3
+BOUNDS = InverseKinematics().bounds()
+GAINS = np.array([200.0, 20.0])
+LIMITS = tuple(np.array(a) for a in (robot.LOWER, robot.UPPER, robot.MAX_SPEED))
+
+
+def follow(commands, q0=robot.HOME, mast_follows=True, position_first=True):
+    """Run the servo over commands (n, 8); return references (n, 12), statuses and limiters."""
+    limiter, desired = limiter_at(q0), np.concatenate([q0, np.zeros(6)])
+    references, statuses, limiters = [], [], []
+    for command in commands:
+        status = servo.servo_step(
+            command, limiter, desired, mast_follows, position_first, *LIMITS, BOUNDS, GAINS, DT
+        )
+        references.append(desired.copy())
+        statuses.append(status)
+        limiters.append(limiter.copy())
+    return np.array(references), np.array(statuses), np.array(limiters)
+
+
+def command_at(q, offset=(0.0, 0.0, 0.0), mast=None):
+    limiter = limiter_at(np.asarray(q))
+    command = np.append(limiter[:7], q[0] if mast is None else mast)
+    command[:3] += offset
+    return command
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3),
+    st.floats(0.05, 3.0),
+    st.floats(0.1, 20.0),
+)
+def test_limiter_keeps_its_bounds_and_arrives_without_overshoot(start, speed, acceleration):
+    error, rate, previous = np.array(start), np.zeros(3), np.zeros(3)
+    initial = np.linalg.norm(error)
+    time_needed = initial / speed + 4 * np.sqrt(max(initial, 1e-9) / acceleration) + 1.0
+    for _ in range(int(time_needed / DT) + 1):
+        servo.limit_motion(error, rate, speed, acceleration, 60.0, DT)
+        assert np.linalg.norm(rate) <= speed * (1 + 1e-9)
+        assert np.linalg.norm(rate - previous) <= acceleration * DT * (1 + 1e-9)
+        previous = rate.copy()
+        error -= DT * rate
+        # On the straight line, and at most a hair past the target.
+        assert np.dot(error, start) >= -2e-3 * initial**2 - 1e-6 * initial
+    assert np.linalg.norm(error) < 1e-3 * max(initial, 1.0)
+
+
+def test_unbounded_limiter_is_the_critically_damped_follower():
+    # e'' + 2 w e' + w² e = 0 from rest: e = e0 (1 + w t) exp(-w t).
+    w, dt = 20.0, 1e-5
+    error, rate = np.array([0.3]), np.zeros(1)
+    for _ in range(20000):
+        servo.limit_motion(error, rate, 1e9, 1e9, w, dt)
+        error -= dt * rate
+    t = 0.2
+    np.testing.assert_allclose(error, 0.3 * (1 + w * t) * np.exp(-w * t), rtol=5e-3)
+
+
+def test_velocity_references_are_the_derivative_of_the_position_references():
+    t = np.arange(3000) * DT
+    commands = np.tile(command_at(robot.HOME), (3000, 1))
+    commands[:, 0] += 0.2 * np.sin(2.0 * t)
+    commands[:, 2] += 0.15 * np.sin(3.0 * t)
+    references, statuses, _ = follow(commands)
+    assert (statuses == servo.TRACKING).all()
+    slope = np.diff(references[:, :6], axis=0) / DT
+    np.testing.assert_allclose(references[1:, 6:], slope, atol=1e-9)
+
+
+def test_the_tool_point_is_followed_exactly():
+    t = np.arange(4000) * DT
+    commands = np.tile(command_at(robot.HOME), (4000, 1))
+    commands[:, 0] += 0.3 * np.sin(1.5 * t)
+    commands[:, 1] += 0.2 * np.sin(2.1 * t)
+    commands[:, 7] += 0.2 * np.sin(t)
+    commands[:, 2] += 0.2 * np.sin(t)
+    references, statuses, limiters = follow(commands)
+    X_WE = kinematics.forward_kinematics(references[:, :6])
+    assert (statuses == servo.TRACKING).all()
+    assert np.abs(X_WE[:, :3, 3] - limiters[:, :3]).max() < 2e-5  # [m]
+    np.testing.assert_allclose(references[:, 0], limiters[:, servo.MAST], atol=1e-9)
+
+
+def test_full_pose_is_followed_with_the_mast_taking_part():
+    q_target = robot.HOME + np.array([0.3, 0.2, 0.25, 0.2, -0.2, 0.4])
+    references, statuses, _ = follow(
+        np.tile(command_at(q_target), (4000, 1)), mast_follows=False, position_first=False
+    )
+    X_WE = kinematics.forward_kinematics(references[-1, :6])
+    distance, angle = kinematics.pose_error(kinematics.forward_kinematics(q_target), X_WE)
+    assert (statuses == servo.TRACKING).all()
+    assert distance < 1e-5
+    assert angle < 1e-5
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0, 0), (0, -1.0, 0), (0, 0, 1.0), (-0.6, 0.6, -0.6)])
+def test_a_target_out_of_reach_is_drawn_back_smoothly(direction):
+    commands = np.tile(command_at(robot.HOME, 3.0 * np.array(direction)), (8000, 1))
+    references, statuses, _ = follow(commands)
+    assert set(statuses) <= {servo.REACH_LIMITED, servo.HOLDING}
+    # At most the acceleration that the limiter allows, mapped through the arm; no jump at the edge.
+    assert (np.abs(references[:, 6:]) <= robot.MAX_SPEED + 1e-12).all()
+    base = np.array([0.0, 0.0, references[-1, 0]])
+    tool = kinematics.forward_kinematics(references[-1, :6])[:3, 3]
+    assert np.linalg.norm(tool - base) <= servo.REACH_LIMIT + 5e-3
+
+
+def test_a_held_target_can_be_left_again():
+    away = np.tile(command_at(robot.HOME, (0.0, 4.0, 0.0)), (6000, 1))
+    back = np.tile(command_at(robot.HOME), (6000, 1))
+    references, statuses, _ = follow(np.concatenate([away, back]))
+    tool = kinematics.forward_kinematics(references[-1, :6])[:3, 3]
+    assert statuses[-1] == servo.TRACKING
+    np.testing.assert_allclose(tool, back[0, :3], atol=1e-4)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 2**32 - 1))
+def test_whatever_is_commanded_the_references_keep_every_limit(seed):
+    rng = np.random.default_rng(seed)
+    commands = np.repeat(
+        command_at(robot.HOME) + rng.normal(0, 1.0, (8, 8)) * [1, 1, 1, 1, 1, 1, 1, 2], 400, axis=0
+    )
+    references, _, _ = follow(commands)
+    q, v = references[:, :6], references[:, 6:]
+    assert np.isfinite(references).all()
+    assert (q >= robot.LOWER).all()
+    assert (q <= robot.UPPER).all()
+    assert (np.abs(v) <= robot.MAX_SPEED * (1 + 1e-12)).all()
+    steps = np.abs(np.diff(np.vstack([robot.HOME, q]), axis=0))
+    assert (steps <= robot.MAX_SPEED * DT * (1 + 1e-9)).all()
