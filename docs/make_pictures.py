@@ -93,6 +93,7 @@ def main() -> None:
         scenario.operator.trace = str(trace)
         meshcat = Meshcat()
         sd.simulate(scenario, END, meshcat=meshcat)
+    meshcat.SetCameraPose([3.9, 1.3, 4.7], [0.5, -0.62, 3.1])
     save_scene(meshcat, FOLDER / "scene.png")
 
 

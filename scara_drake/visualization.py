@@ -32,21 +32,31 @@ FORCE_THRESHOLD = 1.0  # below it no arrow is drawn [N]
 _METRES_PER_NEWTON = 1.0 / 400.0
 _LONGEST_ARROW = 0.9  # [m]
 _HEAD = 0.14  # length of the arrow head [m]
+_ARM = np.array([[-0.3, 0.5, 3.0], [0.0, 0.0, 3.9], [1.3, -0.6, 3.0], [0.6, 0.6, 2.6]])  # [m]
+_VIEW = np.array([1.0, 0.6, 0.5])  # from the scene to the camera
 _ZOOM = 2.2
+_HALF_HEIGHT = np.tan(np.deg2rad(75.0 / 2)) / _ZOOM  # of the picture, one metre from the camera
+_ASPECT = 1.5  # width to height; a wider window shows more
+_FILL = 0.9  # part of the picture that the scene fills
 _ROOT = "annotations"
 
 
 def set_camera(meshcat: Meshcat, environment: Environment) -> None:
     """Look at the arm, the foot of the mast and the walls from the operator's side."""
-    corners = [np.array([-0.3, 0.6, 2.6]), np.array([1.3, -0.9, 4.0])]
+    points = [p.copy() for p in _ARM]
     for wall in environment.surfaces:
-        half = np.array([*wall.size, 0.0]) / 2
-        corners += [wall.pose() @ (half * [sx, sy, 0]) for sx in (-1, 1) for sy in (-1, 1)]
-    low, high = np.min(corners, axis=0), np.max(corners, axis=0)
-    target = (low + high) / 2
-    away = np.array([1.0, 0.6, 0.5]) / np.linalg.norm([1.0, 0.6, 0.5])
-    distance = 1.45 * float(np.linalg.norm(high - low))
-    meshcat.SetCameraPose(target + distance * away, target)
+        width, height = wall.size
+        corners = [[x * width / 2, y * height / 2, 0.0] for x in (-1, 1) for y in (-1, 1)]
+        points += [wall.pose() @ np.array(corner) for corner in corners]
+    target = (np.min(points, axis=0) + np.max(points, axis=0)) / 2
+    # The camera's axes; the nearest distance from which each point falls within the picture.
+    back = _VIEW / np.linalg.norm(_VIEW)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.hypot(back[0], back[1])
+    up = np.cross(back, right)
+    offsets = np.array(points) - target
+    high, wide = np.abs(offsets @ up), np.abs(offsets @ right) / _ASPECT
+    distance = float(np.max(offsets @ back + np.maximum(high, wide) / (_FILL * _HALF_HEIGHT)))
+    meshcat.SetCameraPose(target + distance * back, target)
     # A longer lens than the default 75 degrees, so that the picture is less bent.
     meshcat.SetProperty("/Cameras/default/rotated/<object>", "zoom", _ZOOM)
     meshcat.SetProperty("/Background/<object>", "top_color", [0.78, 0.86, 0.94])

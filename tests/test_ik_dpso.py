@@ -127,7 +127,7 @@ def test_a_swarm_stops_inside_the_tolerance_and_where_it_stalls():
         ("pso", {"polish": True}, 60),
         ("dpso", {}, 60),
         ("dpso", {"polish": False}, 60),
-        ("dpso", {"parameters": "paper", "polish": True}, 60),
+        ("dpso", {"parameters": "paper", "polish": True}, 55),
     ],
 )
 def test_tuned_and_polished_searches_solve_everything(method, options, least):

@@ -44,7 +44,7 @@ def test_paths_with_the_mast():
     for k in range(20):
         q = joint_path(rng, 1)
         X = kinematics.forward_kinematics(q)
-        path = ik.solve_path(X, "dpsoij", q_seed=q[0], nearest_to=q[0], seed=k)
+        path = ik.solve_path(X, "dpsoij", q_seed=q[0], seed=k)
         whole += path.success.all()
         assert np.abs(np.diff(path.q, axis=0)).max() <= 0.7 + 1e-12
     # A branch may end at a joint limit behind a fold of the mast's six joints.
@@ -58,7 +58,7 @@ def test_a_path_that_leaves_the_reach_fails_there_and_comes_back_without_a_jump(
     X = np.repeat(start[None], 50, axis=0)
     direction = start[:3, 3] - [0, 0, 6.0]
     X[:, :3, 3] += out[:, None] * direction / np.linalg.norm(direction)
-    path = ik.solve_path(X, "dpsoij", "arm", "position", q_seed=q, nearest_to=q)
+    path = ik.solve_path(X, "dpsoij", "arm", "position", q_seed=q)
     beyond = np.linalg.norm(X[:, :3, 3] - [0, 0, 6.0], axis=1) > kinematics.REACH + 5e-3
     assert beyond.sum() > 5
     assert not path.success[beyond].any()

@@ -7,8 +7,9 @@ import time
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat
 
-from scara_drake import load_recording
+from scara_drake import load_recording, robot
 from scara_drake.__main__ import main
 from scara_drake.scenario import scenario_names
 
@@ -141,10 +142,17 @@ def test_diagrams_lists_and_draws(capsys, tmp_path):
         assert name in out
 
 
-def test_show_opens_the_model_with_a_slider_for_each_joint(capsys):
+def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
+    meshcat = Meshcat()
+    monkeypatch.setattr(sys.modules[main.__module__], "Meshcat", lambda: meshcat)
     status, out, _ = run_line(capsys, "show", "--once")
     assert status == 0
-    assert "http://localhost:" in out
+    assert meshcat.web_url() in out
+    assert set(robot.JOINT_NAMES) <= set(meshcat.GetSliderNames())
+    np.testing.assert_allclose(
+        [meshcat.GetSliderValue(name) for name in robot.JOINT_NAMES], robot.HOME, atol=0.01
+    )
+    assert meshcat.HasPath("/drake/illustration/scara6/link_4")
 
 
 def test_a_traceback_is_shown_on_request():

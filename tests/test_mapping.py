@@ -97,7 +97,7 @@ def test_ports_and_initial_output() -> None:
 
 
 def test_full_stick_arrives_at_centre_plus_scale_with_the_stick_s_signs() -> None:
-    mapping = JoystickMapping(max_speed=5.0, dead_zone=0.1)
+    mapping = JoystickMapping(max_speed=5.0, dead_zone=0.1, smoothing=0.0)
     system, context = make(mapping, [1.0, -1.0, 0.55, 0.0, 0.0])
     start = initial_command(mapping)
     for _ in range(400):
@@ -112,6 +112,15 @@ def test_a_step_is_followed_in_a_straight_line_at_max_speed() -> None:
     path = np.array([initial_command(mapping)[:3]] + [tick(system, context)[:3] for _ in range(50)])
     steps = np.diff(path, axis=0)
     np.testing.assert_allclose(steps, np.tile([0.6 * 3e-4, 0, -0.8 * 3e-4], (50, 1)), atol=1e-12)
+
+
+def test_a_small_step_is_followed_with_the_smoothing_s_time_constant() -> None:
+    mapping = JoystickMapping(dead_zone=0.0, smoothing=0.05)
+    system, context = make(mapping, [0.02, 0.0, 0.0, 0.0, 0.0])  # 10 mm: never at max_speed
+    start = initial_command(mapping)[0]
+    path = np.array([tick(system, context)[0] - start for _ in range(200)])
+    t = 1e-3 * np.arange(1, 201)
+    np.testing.assert_allclose(path, 0.01 * (1 - np.exp(-t / 0.05)), atol=1e-12)
 
 
 def test_the_mast_carries_the_tool_and_stops_at_its_range() -> None:
@@ -136,15 +145,19 @@ def test_mast_rate_adds_axis_and_hat_up_to_full(mast_axis: float, hat: float, ra
 
 
 @settings(max_examples=100, deadline=None)
-@given(path=st.lists(AXES, min_size=1, max_size=30), height=st.floats(2.5, 10))
-def test_bounds_hold_for_any_stick(path: list[np.ndarray], height: float) -> None:
+@given(
+    path=st.lists(AXES, min_size=1, max_size=30),
+    height=st.floats(2.5, 10),
+    share=st.floats(1e-6, 1.0),
+)
+def test_bounds_hold_for_any_stick(path: list[np.ndarray], height: float, share: float) -> None:
     mapping = JoystickMapping(mast_height=height)
     centre = np.array(mapping.centre)
     command = initial_command(mapping)
     held = command[3:7].copy()
     for axes in path:
         before = command.copy()
-        move_command(axes, centre, 0.5, 0.05, 0.05, 0.02, command)
+        move_command(axes, centre, 0.5, 0.05, share, 0.05, 0.02, command)
         moved = command[:3] - before[:3]
         moved[2] -= command[7] - before[7]
         assert np.linalg.norm(moved) <= 0.05 + 1e-12

@@ -61,14 +61,16 @@ def branches_kernel(
     lower: Array,
     upper: Array,
     near: Array,
+    from_near: bool,
     state: Draws,
     q: Array,
     errors: Array,
 ) -> tuple[int, int]:
     """Fill q (n, 6) and errors (n, 2) with local solutions.
 
-    The first starts from `near`, every second one from the mirror of the one before, the others
-    from draws; theta2, theta3 and theta6 end nearest to `near`. Returns evaluations, iterations.
+    The first starts from `near` where `from_near` is set, every second one from the mirror of the
+    one before, the others from draws; theta2, theta3 and theta6 end nearest to `near`. Returns
+    evaluations, iterations.
     """
     none = np.empty((0, 2))
     evaluations, iterations = 0, 0
@@ -78,7 +80,7 @@ def branches_kernel(
             keep_limits_kernel(q[k], first_joint, lower, upper, True)
         else:
             q[k] = near
-            if k > 0:
+            if k > 0 or not from_near:
                 draw_posture_kernel(state, low, high, first_joint, q[k])
         if position_first:
             e_p, e_w, ev, it = refine_position_first_kernel(
@@ -119,7 +121,7 @@ def best_branch(problem: Problem, near: Array | None, starts: int) -> Answer:
     q, errors = np.empty((starts, 6)), np.empty((starts, 2))
     evaluations, iterations = branches_kernel(
         problem.p, problem.R, first, problem.position_first, low, high, LOWER, UPPER, begin,
-        draws(problem.seed), q, errors,
+        near is not None, draws(problem.seed), q, errors,
     )  # fmt: skip
     position, rotation = errors.T
     if problem.position_first:

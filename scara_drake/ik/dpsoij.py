@@ -37,8 +37,11 @@ def solve(problem: Problem, options: DpsoijOptions) -> Answer:
 
 
 def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
-    """Solve a path without jumps."""
-    first = solve(problems[0], options)
+    """Solve a path without jumps, from the branch nearest to the seed where one is given."""
+    near = options.nearest_to
+    if near is None and problems[0].seeded:
+        near = problems[0].start
+    first = solve(problems[0], replace(options, nearest_to=near))
     p = np.array([problem.p for problem in problems])
     R = np.array([problem.R for problem in problems])
     n = len(problems)

@@ -20,13 +20,13 @@ from scara_drake.ik.result import (
     PathAnswer,
     Problem,
 )
-from scara_drake.kinematics import REACH, rotation_vector_kernel, tool_kinematics_kernel
+from scara_drake.kinematics import rotation_vector_kernel, tool_kinematics_kernel
 
 Array = NDArray[np.float64]
 
 LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
-# No joint moves the tool faster than this [m/rad]: the reach.
-LARGEST_GAIN = REACH
+# Second derivative of the tool point along a joint motion, at most about the reach [m/rad^2].
+CURVATURE = 1.5
 
 
 @njit(cache=True)
@@ -60,9 +60,6 @@ def track_pose_kernel(
     """
     p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     e_p, e_w, dq, free, start = np.empty(3), np.empty(3), np.empty(6), np.empty(6), q.copy()
-    smallest = np.inf
-    for j in range(first_joint, 6):
-        smallest = min(smallest, max_step[j])
     for _ in range(iterations):
         tool_kinematics_kernel(q, p, R, J)
         angle = rotation_vector_kernel(R_desired, R, e_w)
@@ -70,11 +67,11 @@ def track_pose_kernel(
         for i in range(3):
             e_p[i] = p_desired[i] - p[i]
             size += e_p[i] * e_p[i]
-        size = np.sqrt(size) + ROTATION_LENGTH * angle
+        size = np.sqrt(size) + (0.0 if position_first else ROTATION_LENGTH * angle)
         # A residual that stays bends the null space: damping of its size keeps the step short.
         extra_p, extra_w = 0.0, 0.5 * angle * angle
         scale = 1.0
-        for attempt in range(2):
+        for _attempt in range(2):
             bounded_step_kernel(
                 J, e_p, e_w, position_first, extra_p, extra_w, q, first_joint, lower, upper, free,
                 dq,
@@ -86,11 +83,9 @@ def track_pose_kernel(
                     scale = min(scale, max_step[j] / move)
             if scale == 1.0:
                 break
-            if attempt == 0:
-                # Too far for one call: as much damping as makes the step fit, so that a direction
-                # that is nearly lost does not take the whole of it.
-                extra_p = min((0.5 * size / smallest) ** 2, LARGEST_GAIN * size / smallest)
-                extra_w = max(extra_w, min((0.5 * angle / smallest) ** 2, angle / smallest))
+            # Too far for one call. The residual times the curvature of the motion, as damping,
+            # keeps a direction that is nearly lost from taking the whole step.
+            extra_p, extra_w = CURVATURE * size, max(extra_w, 0.5 * angle)
         for j in range(first_joint, 6):
             moved = start[j] + scale * (q[j] + dq[j] - start[j])
             q[j] = min(max(moved, lower[j]), upper[j])

@@ -34,6 +34,7 @@ class Problem:
         position_first: the position exactly and the orientation as near as possible (task
             "position"), instead of both at once (task "pose").
         start: posture (6,) where a local method begins and whose mast height an arm keeps.
+        seeded: the start was given by the caller.
         seed: of the random draws.
     """
 
@@ -42,6 +43,7 @@ class Problem:
     first_joint: int
     position_first: bool
     start: Array
+    seeded: bool
     seed: int
 
 

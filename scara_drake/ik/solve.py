@@ -77,8 +77,9 @@ def solve(
         joints: "full" moves all six, "arm" keeps q_seed[0] as the mast height.
         task: "pose" for position and orientation together; "position" for the position exactly
             and the orientation as near as the remaining joints allow.
-        q_seed: posture (6,) to start from; "arm" needs it. Swarm methods turn theta2, theta3 and
-            theta6 to lie nearest to it.
+        q_seed: posture (6,) where a local method starts; "arm" needs it. Swarm methods only turn
+            theta2, theta3 and theta6 to lie nearest to it: their option nearest_to chooses the
+            branch.
         seed: of the random draws; the same seed gives the same bits.
         options: of the method, see scara_drake.ik.options.
 
@@ -119,8 +120,8 @@ def solve_path(
 ) -> IkPath:
     """Find joint values along a path of n poses, (n, 4, 4) or a sequence; see `solve`.
 
-    "inverse_jacobian" and "dpsoij" solve each point from the one before; the others solve each
-    point alone, point k with seed + k.
+    "inverse_jacobian" and "dpsoij" solve each point from the one before, and begin near q_seed;
+    the others solve each point alone, point k with seed + k.
 
     Raises:
         ValueError: as `solve`; the path is empty; history is asked for.
@@ -192,6 +193,7 @@ def _problem(
         first_joint=1 if joints == "arm" else 0,
         position_first=task == "position",
         start=start,
+        seeded=q_seed is not None,
         seed=int(seed),
     )
 

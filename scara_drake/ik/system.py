@@ -36,7 +36,7 @@ class InverseKinematics:
     max_turn_rate: float = 1.0  # [rad/s], of the tool
     max_turn_acceleration: float = 8.0  # [rad/s²]
     mast_acceleration: float = 1.0  # [m/s²]
-    bandwidth: float = 60.0  # [1/s], of the command limiter
+    bandwidth: float = 30.0  # [1/s], of the command limiter
     position_gain: float = 200.0  # [1/s], of the resolved rates
     rotation_gain: float = 20.0  # [1/s]
 

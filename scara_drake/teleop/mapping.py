@@ -35,6 +35,7 @@ class JoystickMapping:
     mast_height: float = 3.0  # [m], at the start
     mast_rate: float = 0.2  # [m/s] at full stick or hat
     max_speed: float = 0.5  # [m/s] of the commanded tool point relative to the arm's base
+    smoothing: float = 0.05  # [s], time constant: takes off the steps of a stick with few bits
 
     def validate(self, name: str) -> None:
         """Check the fields.
@@ -49,6 +50,7 @@ class JoystickMapping:
         checks.number(f"{name}.mast_height", self.mast_height, MAST_LOW, MAST_HIGH)
         checks.number(f"{name}.mast_rate", self.mast_rate, 0.0, float(robot.MAX_SPEED[0]))
         checks.number(f"{name}.max_speed", self.max_speed, 1e-3, 5.0)
+        checks.number(f"{name}.smoothing", self.smoothing, 0.0, 2.0)
 
 
 def initial_command(mapping: JoystickMapping) -> Array:
@@ -74,6 +76,7 @@ def move_command(
     centre: Array,
     scale: float,
     dead_zone: float,
+    share: float,
     max_step: float,
     mast_step: float,
     command: Array,
@@ -85,6 +88,7 @@ def move_command(
         centre: (3,) [m], relative to the arm's base.
         scale: [m] at full stick.
         dead_zone: of the stick's travel.
+        share: of the way to the target that is gone in this tick, 0 to 1.
         max_step: [m] that the point relative to the arm's base may move in this tick.
         mast_step: [m] that the mast moves in this tick at full stick.
         command: p_WE, quaternion, mast height.
@@ -96,7 +100,8 @@ def move_command(
     dy = centre[1] + scale * remove_dead_zone(axes[1], dead_zone) - command[1]
     dz = centre[2] + scale * remove_dead_zone(axes[2], dead_zone) - (command[2] - height)
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-    share = max_step / distance if distance > max_step else 1.0
+    if share * distance > max_step:
+        share = max_step / distance
     mast = remove_dead_zone(axes[3], dead_zone) + axes[4]
     new_height = height + mast_step * min(max(mast, -1.0), 1.0)
     new_height = min(max(new_height, MAST_LOW), MAST_HIGH)
@@ -116,7 +121,8 @@ class JoystickToPose(LeafSystem):
     Update, at t = k period, with a the axes, d(.) the dead zone, and p = p_WE - [0, 0, d1] the tool
     point relative to the arm's base::
 
-        p  <- p + e min(1, max_speed period / |e|),   e = centre + scale d(a_xyz) - p
+        p  <- p + e min(1 - exp(-period / smoothing), max_speed period / |e|)
+              with e = centre + scale d(a_xyz) - p
         d1 <- clip(d1 + mast_rate period clip(d(a_mast) + a_hat, -1, 1), 2.5 m, 10 m)
 
     The quaternion is constant. Initial: `initial_command`, the centred stick.
@@ -137,6 +143,7 @@ class JoystickToPose(LeafSystem):
             np.array(mapping.centre, dtype=np.float64),
             float(mapping.scale),
             float(mapping.dead_zone),
+            -math.expm1(-period / mapping.smoothing) if mapping.smoothing > 0.0 else 1.0,
             mapping.max_speed * period,
             mapping.mast_rate * period,
         )
