@@ -22,7 +22,7 @@ from scara_drake.scenario import Scenario, load_scenario, scenario_names
 from scara_drake.simulate import Run, run
 from scara_drake.visualization import publish_recording, save_html, set_camera, start_recording
 
-BAD_INPUT, FAILED_RUN = 2, 1
+BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 1, 130
 SETTLING = 1.0  # [s], left out of the tracking figures: the drives take up the weight
 
 
@@ -43,6 +43,8 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         errors.print(f"scara-drake: failed: {escape(' '.join(str(error).split()))}")
         return FAILED_RUN
+    except KeyboardInterrupt:
+        return INTERRUPTED
     return 0
 
 

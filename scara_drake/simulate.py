@@ -6,7 +6,8 @@ import copy
 import math
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from pydrake.systems.framework import Diagram
 
 from scara_drake import checks
 from scara_drake.diagram import make_diagram
+from scara_drake.interrupt import DeferredInterrupt
 from scara_drake.journal import Journal, read_journal
 from scara_drake.progress import ProgressLine
 from scara_drake.recording import drain, metadata, to_dataset
@@ -28,9 +30,6 @@ from scara_drake.visualization import StopButton
 BLOCK = 0.1  # [s]
 # A run that is later than this behind the clock starts its pacing afresh, without a sprint.
 MAX_LAG = 0.2  # [s]
-
-# Called after each block with the simulated time and the real-time factor so far.
-OnBlock = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)
@@ -108,30 +107,25 @@ def run(
         Journal(journal, description, width) as writer,
         StopButton(meshcat) as stop,
         ProgressLine(scenario.name, scenario.duration, progress) as line,
+        DeferredInterrupt() as interrupt,
+        _devices_of(diagram),
     ):
-        start = time.perf_counter()
-        try:
-            simulator.Initialize()
-            simulator.ResetStatistics()
-            paced = time.perf_counter()
-            for edge in _edges(scenario):
-                simulator.AdvanceTo(edge)
-                writer.append(*drain(diagram, simulator.get_mutable_context()))
-                now = time.perf_counter()
-                if realtime_rate > 0.0 and (now - paced) - edge / realtime_rate > MAX_LAG:
-                    simulator.ResetStatistics()
-                    paced = now - edge / realtime_rate
-                    late += 1
-                line.show(edge, edge / (now - start))
-                if stop.pressed():
-                    interrupted = True
-                    break
-        except KeyboardInterrupt:
-            interrupted = True
-        finally:
-            _close_devices(diagram)
-        wall = time.perf_counter() - start
-        writer.append(*drain(diagram, simulator.get_mutable_context()))
+        simulator.Initialize()
+        simulator.ResetStatistics()
+        start = paced = now = time.perf_counter()
+        for edge in _edges(scenario):
+            simulator.AdvanceTo(edge)
+            writer.append(*drain(diagram, simulator.get_mutable_context()))
+            now = time.perf_counter()
+            if realtime_rate > 0.0 and (now - paced) - edge / realtime_rate > MAX_LAG:
+                simulator.ResetStatistics()
+                paced = now - edge / realtime_rate
+                late += 1
+            line.show(edge, edge / (now - start))
+            interrupted = interrupt.pressed or stop.pressed()
+            if interrupted:
+                break
+        wall = now - start
     simulated = simulator.get_context().get_time()
     return Run(to_dataset(*read_journal(journal)), simulated, wall, interrupted, late)
 
@@ -144,10 +138,15 @@ def _edges(scenario: Scenario) -> Sequence[float]:
     return [*edges, scenario.duration]
 
 
-def _close_devices(diagram: Diagram) -> None:
-    for system in diagram.GetSystems():
-        if isinstance(system, JoystickSource):
-            system.close()
+@contextmanager
+def _devices_of(diagram: Diagram) -> Iterator[None]:
+    """Let go of the joystick at the end, however it comes: its motors stop then."""
+    try:
+        yield
+    finally:
+        for system in diagram.GetSystems():
+            if isinstance(system, JoystickSource):
+                system.close()
 
 
 def _warm_up(diagram: Diagram, time_step: float) -> None:

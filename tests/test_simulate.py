@@ -142,15 +142,22 @@ def test_bad_arguments_are_refused(arguments, message):
 
 def test_an_interrupt_keeps_what_was_recorded(tmp_path):
     scenario = load_scenario("joint_sine", {"duration": 3600.0})
-    threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-    result = run(scenario, tmp_path / "run.journal")
+    journal = tmp_path / "run.journal"
+
+    def interrupt_once_it_runs():
+        while not journal.exists() or journal.stat().st_size < 100_000:
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt_once_it_runs).start()
+    result = run(scenario, journal)
     assert result.interrupted
     assert 0.1 < result.simulated < 3600.0
     # Every tick up to the interrupt is there.
     steps = np.diff(result.recording.time)
     np.testing.assert_allclose(steps, 1e-3, atol=1e-9)
     assert abs(float(result.recording.time[-1]) - result.simulated) <= 1e-3 + 1e-9
-    assert load_recording(tmp_path / "run.journal").identical(result.recording)
+    assert load_recording(journal).identical(result.recording)
 
 
 def test_memory_stays_flat_while_it_runs(tmp_path, monkeypatch):
