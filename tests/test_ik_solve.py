@@ -286,3 +286,21 @@ def test_a_seed_outside_by_rounding_is_clipped():
 
 def test_the_registry_lists_the_methods():
     assert {"inverse_jacobian", "pso", "dpso", "dpsoij"} <= set(ik.METHODS)
+
+
+@pytest.mark.parametrize("beyond", [0.006, 0.1, 0.5])
+@pytest.mark.parametrize("elevation", [0.0, 0.6, -1.2, np.pi / 2])
+def test_a_little_out_of_reach_is_not_success(beyond, elevation):
+    # The beam of 0.75 m stays horizontal, the other 1.55 m point anywhere in its vertical plane.
+    reach = np.array([0.75 + 1.55 * np.cos(elevation), 1.55 * np.sin(elevation)])
+    outward = np.array([np.cos(elevation), np.sin(elevation)])
+    for distance, reachable in ((-0.006, True), (beyond, False)):
+        across, up = reach + distance * outward
+        X = np.eye(4)
+        X[:3, 3] = [0.8 * across, 0.6 * across, 6.0 + up]
+        result = ik.solve(X, "dpso", "arm", "position", q_seed=AT_6_M)
+        confirm(result, X, "position")
+        assert result.success == reachable
+        if not reachable:
+            assert result.reason == "out of reach"
+            assert result.position_error == pytest.approx(beyond, abs=2e-3)

@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator
 
 from scara_drake import load_scenario, robot, simulate
 from scara_drake.control.integral_sliding_mode import (
@@ -18,13 +19,18 @@ ONES = np.ones(6)
 NO_LIMIT = np.full(6, 1e12)
 
 
-def run_law(sigmas, z, k, rho, phi, m_hat=ONES, effort=NO_LIMIT):
+def rows(k, rho, phi, m_hat=ONES, effort=NO_LIMIT):
+    """Gains as the law takes them; each is a number or (6,)."""
+    return np.array([np.broadcast_to(row, 6) for row in (0.0, k, rho, phi, m_hat, effort)], float)
+
+
+def run_law(sigmas, z, gains):
     """Apply the law to sigma samples (n, 6); return u (n, 6), s (n, 6) and the last z."""
     z = z.copy()
     s, tau, limited = np.empty(6), np.empty(6), np.empty(6)
     efforts, surfaces = [], []
     for sigma in sigmas:
-        ismc_law(sigma, z, k, rho, phi, m_hat, effort, TS, s, tau, limited)
+        ismc_law(sigma, gains, TS, z, s, tau, limited)
         efforts.append(limited.copy())
         surfaces.append(s.copy())
     return np.array(efforts), np.array(surfaces), z
@@ -42,7 +48,7 @@ def test_inside_the_layer_the_law_is_the_pid_of_the_audit(seed):
     e_dot = np.diff(e, axis=0) / TS
     e = e[:-1]
     sigma = e_dot + c * e
-    u, s, _ = run_law(sigma, sigma[0], k, rho, phi)
+    u, s, _ = run_law(sigma, sigma[0], rows(k, rho, phi))
     assert (np.abs(s) < phi).all()
     a = k + rho / phi
     integral = TS * (np.cumsum(e, axis=0) - e)
@@ -58,9 +64,9 @@ def scalar_plant(disturbance, sigma0, k, rho, phi, duration, h):
     z = sigma.copy()
     s, tau, limited = np.empty(6), np.empty(6), np.empty(6)
     history = np.empty((n, 2))
-    gains = [np.full(6, g) for g in (k, rho, phi)]
+    gains = rows(k, rho, phi)
     for i in range(n):
-        ismc_law(sigma, z, *gains, ONES, NO_LIMIT, h, s, tau, limited)
+        ismc_law(sigma, gains, h, z, s, tau, limited)
         history[i] = sigma[0], s[0]
         sigma = sigma + h * (disturbance - limited)
     return h * np.arange(n), history
@@ -89,11 +95,8 @@ def test_constant_perturbation_follows_the_closed_form_within_its_bound():
     st.floats(0.01, 5.0),
 )
 def test_effort_and_integral_keep_their_bounds(sigma, z, k, rho, phi):
-    effort = np.full(6, 25.0)
-    sigmas = np.full((1, 6), sigma)
-    u, _, z_next = run_law(
-        sigmas, np.full(6, z), np.full(6, k), np.full(6, rho), np.full(6, phi), ONES, effort
-    )
+    gains = rows(k, rho, phi, effort=25.0)
+    u, _, z_next = run_law(np.full((1, 6), sigma), np.full(6, z), gains)
     assert (np.abs(u) <= 25.0).all()
     assert (np.abs(sigma - z_next) <= 2.0 * phi * (1 + 1e-9) + 1e-9 * abs(sigma)).all()
 
@@ -103,10 +106,10 @@ def test_windup_clamp_recovers_at_once():
     k, rho, phi = 50.0, 150.0, 1.0
     h, sigma = TS, np.zeros(6)
     z, s, tau, limited = np.zeros(6), np.empty(6), np.empty(6), np.empty(6)
-    gains = [np.full(6, g) for g in (k, rho, phi)]
+    gains = rows(k, rho, phi)
     largest = 0.0
     for i in range(700):
-        ismc_law(sigma, z, *gains, ONES, NO_LIMIT, h, s, tau, limited)
+        ismc_law(sigma, gains, h, z, s, tau, limited)
         sigma = sigma + h * ((300.0 if i < 500 else 0.0) - limited)
         largest = max(largest, abs(s[0]))
     assert largest < 3.0
@@ -190,9 +193,9 @@ def test_the_loop_has_no_extra_tick():
     bare_context = bare.CreateDefaultContext()
     bare.SetPositionsAndVelocities(bare_context, state)
     bare.get_actuation_input_port().FixValue(bare_context, run.tau_applied[k].values)
-    stepped = bare_context.get_state().Clone()
-    bare.CalcForcedUnrestrictedUpdate(bare_context, stepped)
-    bare_context.get_mutable_state().SetFrom(stepped)
+    simulator = Simulator(bare, bare_context)
+    simulator.Initialize()
+    simulator.AdvanceTo(0.5 * scenario.time_step)  # the tick at 0, and no other
     following = np.concatenate([run.q_measured[k + 1], run.v_measured[k + 1]])
     np.testing.assert_allclose(
         bare.GetPositionsAndVelocities(bare_context), following, rtol=0, atol=1e-9

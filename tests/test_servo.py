@@ -8,9 +8,8 @@ from scara_drake.ik import servo
 from scara_drake.ik.system import InverseKinematics, limiter_at
 
 DT = 1e-3
-BOUNDS = InverseKinematics().bounds()
-GAINS = np.array([200.0, 20.0])
-LIMITS = tuple(np.array(a) for a in (robot.LOWER, robot.UPPER, robot.MAX_SPEED))
+SETTINGS = InverseKinematics().settings(DT)
+LIMITS = np.array([robot.LOWER, robot.UPPER, robot.MAX_SPEED])
 
 
 def follow(commands, q0=robot.HOME, mast_follows=True, position_first=True):
@@ -19,7 +18,7 @@ def follow(commands, q0=robot.HOME, mast_follows=True, position_first=True):
     references, statuses, limiters = [], [], []
     for command in commands:
         status = servo.servo_step(
-            command, limiter, desired, mast_follows, position_first, *LIMITS, BOUNDS, GAINS, DT
+            command, limiter, desired, mast_follows, position_first, LIMITS, SETTINGS
         )
         references.append(desired.copy())
         statuses.append(status)

@@ -40,34 +40,54 @@ def sliding_surface(
         sigma[i] = rate - state[6 + i] + c[i] * error
 
 
+# Rows of the array (6, 6) of gains, one column a joint: one array crosses into the kernel faster
+# than six.
+C, K, RHO, PHI, M_HAT, EFFORT = range(6)
+
+
 @njit(cache=True)
 def ismc_law(
-    sigma: Array,
-    z: Array,
-    k: Array,
-    rho: Array,
-    phi: Array,
-    m_hat: Array,
-    effort: Array,
-    period: float,
-    s: Array,
-    tau: Array,
-    tau_limited: Array,
+    sigma: Array, gains: Array, period: float, z: Array, s: Array, tau: Array, tau_limited: Array
 ) -> None:
     """Apply the law for one sample, all arrays (6,): write s, tau and tau_limited, advance z.
 
     The forward Euler step of z is exact for the sampled sum. After it, |sigma - z| is clamped to
     2 phi, by moving z: an integral that has wound up no longer delays the recovery.
+
+    Args:
+        sigma: equation (28) [m/s, rad/s].
+        gains: (6, 6), rows c, k, rho, phi, m_hat and the effort limit.
+        period: [s]; with zero z stays.
+        z: equation (33), in place.
+        s: equation (27).
+        tau: effort before the limits [N, N m].
+        tau_limited: effort within the limits.
     """
     for i in range(sigma.size):
+        phi, effort = gains[PHI, i], gains[EFFORT, i]
         s[i] = sigma[i] - z[i]
-        u2 = k[i] * sigma[i]
-        u1 = rho[i] * min(max(s[i] / phi[i], -1.0), 1.0)
-        tau[i] = m_hat[i] * (u1 + u2)
-        tau_limited[i] = min(max(tau[i], -effort[i]), effort[i])
-        s_max = 2.0 * phi[i]
-        next_z = z[i] - period * u2
-        z[i] = min(max(next_z, sigma[i] - s_max), sigma[i] + s_max)
+        u2 = gains[K, i] * sigma[i]
+        u1 = gains[RHO, i] * min(max(s[i] / phi, -1.0), 1.0)
+        tau[i] = gains[M_HAT, i] * (u1 + u2)
+        tau_limited[i] = min(max(tau[i], -effort), effort)
+        z[i] = min(max(z[i] - period * u2, sigma[i] - 2.0 * phi), sigma[i] + 2.0 * phi)
+
+
+@njit(cache=True)
+def ismc_sample(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    period: float,
+    z: Array,
+    s: Array,
+    tau: Array,
+    tau_limited: Array,
+) -> None:
+    """Compare the states (12,) and apply the law; the reference is one period old."""
+    sigma = np.empty(6)
+    sliding_surface(state_desired, state, gains[C], period, sigma)
+    ismc_law(sigma, gains, period, z, s, tau, tau_limited)
 
 
 @dataclass
@@ -93,6 +113,11 @@ class IntegralSlidingMode:
             checks.vector(f"{name}.{gain}", getattr(self, gain), 6, 0.0)
         checks.vector(f"{name}.phi", self.phi, 6, math.ulp(0.0))
 
+    def array(self) -> Array:
+        """Return the gains with m_hat and the efforts of the robot, as `ismc_law` takes them."""
+        rows = [self.c, self.k, self.rho, self.phi, robot.nominal_inertias(), robot.EFFORT]
+        return np.array(rows, dtype=np.float64)
+
     def make_system(self, period: float) -> "IntegralSlidingModeController":
         """Return a controller with these gains, the robot's nominal inertias and efforts."""
         return IntegralSlidingModeController(self, period)
@@ -116,10 +141,7 @@ class IntegralSlidingModeController(LeafSystem):
 
     def __init__(self, gains: IntegralSlidingMode, period: float = 1e-3):
         super().__init__()
-        self._c, self._k = np.array(gains.c), np.array(gains.k)
-        self._rho, self._phi = np.array(gains.rho), np.array(gains.phi)
-        self._m_hat = np.array(robot.nominal_inertias())
-        self._effort = np.array(robot.EFFORT)
+        self._gains = gains.array()
         self._period = period
         self._state = self.DeclareVectorInputPort("state", 12)
         self._desired = self.DeclareVectorInputPort("state_desired", 12)
@@ -134,29 +156,26 @@ class IntegralSlidingModeController(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _start(self, context: Context, discrete: DiscreteValues) -> EventStatus:
-        z = discrete.get_mutable_value(self._z)
         desired, state = self._desired.Eval(context), self._state.Eval(context)
-        sliding_surface(desired, state, self._c, 0.0, z)
-        # Period zero: the law is evaluated and z stays sigma.
-        self._apply(z.copy(), 0.0, discrete)
+        # At the start both are of the same instant; the law is evaluated and z stays sigma.
+        z = discrete.get_mutable_value(self._z)
+        sliding_surface(desired, state, self._gains[C], 0.0, z)
+        self._sample(desired, state, 0.0, discrete)
         return EventStatus.Succeeded()
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        sigma = np.empty(6)
         desired, state = self._desired.Eval(context), self._state.Eval(context)
-        sliding_surface(desired, state, self._c, self._period, sigma)
-        self._apply(sigma, self._period, discrete)
+        self._sample(desired, state, self._period, discrete)
 
-    def _apply(self, sigma: Array, period: float, discrete: DiscreteValues) -> None:
-        ismc_law(
-            sigma,
-            discrete.get_mutable_value(self._z),
-            self._k,
-            self._rho,
-            self._phi,
-            self._m_hat,
-            self._effort,
+    def _sample(
+        self, desired: Array, state: Array, period: float, discrete: DiscreteValues
+    ) -> None:
+        ismc_sample(
+            desired,
+            state,
+            self._gains,
             period,
+            discrete.get_mutable_value(self._z),
             discrete.get_mutable_value(self._s),
             discrete.get_mutable_value(self._tau),
             discrete.get_mutable_value(self._tau_limited),

@@ -28,6 +28,12 @@ POSE_SIZE = 7
 MAST = 13
 LIMITER_SIZE = 15
 
+# Layout of the settings, see `InverseKinematics`.
+SPEED, ACCELERATION, TURN_RATE, TURN_ACCELERATION, MAST_SPEED, MAST_ACCELERATION = range(6)
+BANDWIDTH, POSITION_GAIN, ROTATION_GAIN, PERIOD = range(6, 10)
+# Rows of the limits (3, 6): lower and upper joint limit, fastest joint rate.
+LOWER, UPPER, RATE = range(3)
+
 # Values of the status signal.
 TRACKING = 0.0
 HOLDING = 1.0  # the target cannot be reached: the last good answer is held
@@ -89,10 +95,8 @@ def follow_command(
     command: Array,
     limiter: Array,
     mast_follows: bool,
-    lower: Array,
-    upper: Array,
-    bounds: Array,
-    dt: float,
+    limits: Array,
+    settings: Array,
 ) -> bool:
     """Advance the limiter (15,) one period towards a tool command (8,); return whether cut back.
 
@@ -103,20 +107,18 @@ def follow_command(
         command: target (8,).
         limiter: state, see the layout above; in place.
         mast_follows: whether the mast has a command of its own.
-        lower: lower joint limits (6,), of which the mast's is used.
-        upper: upper joint limits (6,).
-        bounds: (7,) speed [m/s], acceleration [m/s²], turn rate [rad/s], turn acceleration
-            [rad/s²], mast speed [m/s], mast acceleration [m/s²], bandwidth [1/s].
-        dt: period [s].
+        limits: (3, 6), rows lower and upper joint limit and fastest rate.
+        settings: (10,), see the layout above.
     """
-    bandwidth = bounds[6]
+    bandwidth, dt = settings[BANDWIDTH], settings[PERIOD]
     cut = False
     if mast_follows:
-        target = min(max(command[7], lower[0]), upper[0])
+        target = min(max(command[7], limits[LOWER, 0]), limits[UPPER, 0])
         cut = target != command[7]
         error = np.empty(1)
         error[0] = target - limiter[13]
-        limit_motion(error, limiter[14:15], bounds[4], bounds[5], bandwidth, dt)
+        speed, acceleration = settings[MAST_SPEED], settings[MAST_ACCELERATION]
+        limit_motion(error, limiter[14:15], speed, acceleration, bandwidth, dt)
         limiter[13] += dt * limiter[14]
     error = np.empty(3)
     radius = 0.0
@@ -133,12 +135,14 @@ def follow_command(
         error[i] = shrink * error[i] - limiter[i]
     if mast_follows:
         error[2] += limiter[13]
-    limit_motion(error, limiter[7:10], bounds[0], bounds[1], bandwidth, dt)
+    speed, acceleration = settings[SPEED], settings[ACCELERATION]
+    limit_motion(error, limiter[7:10], speed, acceleration, bandwidth, dt)
     R_desired, R = np.empty((3, 3)), np.empty((3, 3))
     rotation_from_quaternion_kernel(command[3:7], R_desired)
     rotation_from_quaternion_kernel(limiter[3:7], R)
     rotation_vector_kernel(R_desired, R, error)
-    limit_motion(error, limiter[10:13], bounds[2], bounds[3], bandwidth, dt)
+    speed, acceleration = settings[TURN_RATE], settings[TURN_ACCELERATION]
+    limit_motion(error, limiter[10:13], speed, acceleration, bandwidth, dt)
     for i in range(3):
         limiter[i] += dt * limiter[7 + i]
     _turn(limiter[3:7], limiter[10:13], dt)
@@ -151,17 +155,14 @@ def resolve_rates(
     q: Array,
     mast_follows: bool,
     position_first: bool,
-    lower: Array,
-    upper: Array,
-    max_rates: Array,
-    gains: Array,
-    dt: float,
+    limits: Array,
+    settings: Array,
     rates: Array,
 ) -> None:
     """Write the joint rates (6,) that follow the limiter and advance q (6,) by them.
 
     With `position_first` the tool point is followed exactly and the orientation as near as the
-    remaining joints allow. All rates are scaled together where one would break `max_rates`, and the
+    remaining joints allow. All rates are scaled together where one would be too fast, and the
     limiter is slowed by the same factor.
 
     Args:
@@ -169,29 +170,22 @@ def resolve_rates(
         q: configuration (6,) of the last period; in place.
         mast_follows: whether the mast has a command of its own.
         position_first: whether orientation comes second.
-        lower: lower joint limits (6,).
-        upper: upper joint limits (6,).
-        max_rates: bounds of the joint rates (6,).
-        gains: feedback of position and rotation (2,) [1/s].
-        dt: period [s].
+        limits: (3, 6), rows lower and upper joint limit and fastest rate.
+        settings: (10,), see the layout above.
         rates: result (6,).
     """
     p, R, R_desired = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     v, w = np.empty(3), np.empty(3)
+    dt = settings[PERIOD]
     tool_pose_kernel(q, p, R)
     rotation_from_quaternion_kernel(limiter[3:7], R_desired)
     rotation_vector_kernel(R_desired, R, w)
     for i in range(3):
         # Feedback acts on the error before this period's own motion, which v carries.
         before = limiter[i] - dt * limiter[7 + i]
-        v[i] = limiter[7 + i] + gains[0] * (before - p[i])
-        w[i] = limiter[10 + i] + gains[1] * (w[i] - dt * limiter[10 + i])
-    first = 1 if mast_follows else 0
-    joint_rates_kernel(q, v, w, first, position_first, limiter[14], lower, upper, rates)
-    scale = 1.0
-    for i in range(6):
-        if abs(rates[i]) > max_rates[i]:
-            scale = min(scale, max_rates[i] / abs(rates[i]))
+        v[i] = limiter[7 + i] + settings[POSITION_GAIN] * (before - p[i])
+        w[i] = limiter[10 + i] + settings[ROTATION_GAIN] * (w[i] - dt * limiter[10 + i])
+    scale = _tool_rates(q, v, w, mast_follows, position_first, limiter[14], limits, rates)
     if scale < 1.0:
         for i in range(3):
             limiter[i] -= (1.0 - scale) * dt * limiter[7 + i]
@@ -200,9 +194,8 @@ def resolve_rates(
             if i != 13:
                 limiter[i] *= scale
     for i in range(6):
-        rates[i] *= scale
         # A joint that would pass its limit in this period stops there.
-        step = min(max(q[i] + dt * rates[i], lower[i]), upper[i]) - q[i]
+        step = min(max(q[i] + dt * rates[i], limits[LOWER, i]), limits[UPPER, i]) - q[i]
         rates[i] = step / dt
         q[i] += step
 
@@ -213,20 +206,36 @@ def reference_rates(
     q: Array,
     mast_follows: bool,
     position_first: bool,
-    lower: Array,
-    upper: Array,
-    max_rates: Array,
+    limits: Array,
     rates: Array,
 ) -> None:
     """Write the joint rates (6,) of the limiter's motion at q, without feedback, within bounds."""
     v, w = limiter[7:10].copy(), limiter[10:13].copy()
+    _tool_rates(q, v, w, mast_follows, position_first, limiter[14], limits, rates)
+
+
+@njit(cache=True)
+def _tool_rates(
+    q: Array,
+    v: Array,
+    w: Array,
+    mast_follows: bool,
+    position_first: bool,
+    mast_rate: float,
+    limits: Array,
+    rates: Array,
+) -> float:
+    """Write the joint rates (6,) of a tool velocity, scaled to the limits; return the scale."""
     first = 1 if mast_follows else 0
-    joint_rates_kernel(q, v, w, first, position_first, limiter[14], lower, upper, rates)
+    lower, upper = limits[LOWER], limits[UPPER]
+    joint_rates_kernel(q, v, w, first, position_first, mast_rate, lower, upper, rates)
     scale = 1.0
     for i in range(6):
-        if abs(rates[i]) > max_rates[i]:
-            scale = min(scale, max_rates[i] / abs(rates[i]))
-    rates *= scale
+        if abs(rates[i]) > limits[RATE, i]:
+            scale = min(scale, limits[RATE, i] / abs(rates[i]))
+    for i in range(6):
+        rates[i] *= scale
+    return scale
 
 
 @njit(cache=True)
@@ -244,21 +253,15 @@ def servo_step(
     desired: Array,
     mast_follows: bool,
     position_first: bool,
-    lower: Array,
-    upper: Array,
-    max_rates: Array,
-    bounds: Array,
-    gains: Array,
-    dt: float,
+    limits: Array,
+    settings: Array,
 ) -> float:
     """Advance limiter (15,) and references (12,) one period, in place; return the status."""
     q = desired[:6].copy()
     good = limiter.copy()
     rates = np.empty(6)
-    cut = follow_command(command, limiter, mast_follows, lower, upper, bounds, dt)
-    resolve_rates(
-        limiter, q, mast_follows, position_first, lower, upper, max_rates, gains, dt, rates
-    )
+    cut = follow_command(command, limiter, mast_follows, limits, settings)
+    resolve_rates(limiter, q, mast_follows, position_first, limits, settings, rates)
     if not pose_reached(limiter, q, position_first):
         limiter[:] = good
         rest(limiter, desired)

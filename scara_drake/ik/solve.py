@@ -231,8 +231,10 @@ def _diagnose(problem: Problem) -> str:
     low, high = robot.LOWER[0], robot.UPPER[0]
     if problem.first_joint == 1:
         low = high = problem.start[0]
-    base = np.array([0.0, 0.0, np.clip(problem.p[2], low, high)])
-    if np.linalg.norm(problem.p - base) > kinematics.REACH + POSITION_TOLERANCE:
+    # The beam stays horizontal: the rest must bridge what is left from its end.
+    across = np.hypot(problem.p[0], problem.p[1]) - kinematics.D3
+    up = problem.p[2] - np.clip(problem.p[2], low, high)
+    if np.hypot(across, up) > kinematics.A4 + kinematics.D6 + POSITION_TOLERANCE:
         return OUT_OF_REACH
     if problem.position_first:
         return NOT_CONVERGED

@@ -61,8 +61,8 @@ class InverseKinematics:
         for gain in ("bandwidth", "position_gain", "rotation_gain"):
             checks.number(f"{name}.{gain}", getattr(self, gain), smallest, 400.0)
 
-    def bounds(self) -> Array:
-        """Return the bounds (7,) that `servo.follow_command` takes."""
+    def settings(self, period: float) -> Array:
+        """Return the settings (10,) that `servo.servo_step` takes."""
         return np.array(
             [
                 self.max_speed,
@@ -72,6 +72,9 @@ class InverseKinematics:
                 robot.MAX_SPEED[0],
                 self.mast_acceleration,
                 self.bandwidth,
+                self.position_gain,
+                self.rotation_gain,
+                period,
             ]
         )
 
@@ -127,13 +130,11 @@ class InverseKinematicsSystem(LeafSystem):
         period: float = 1e-3,
     ):
         super().__init__()
-        self._config, self._seed, self._period = config, seed, period
+        self._config, self._seed = config, seed
         self._mast_follows = config.joints == "arm"
         self._position_first = config.task == "position"
-        self._bounds = config.bounds()
-        self._gains = np.array([config.position_gain, config.rotation_gain])
-        self._lower, self._upper = np.array(robot.LOWER), np.array(robot.UPPER)
-        self._max_rates = np.array(robot.MAX_SPEED)
+        self._settings = config.settings(period)
+        self._limits = np.array([robot.LOWER, robot.UPPER, robot.MAX_SPEED])
 
         if q_start is None:
             q = first_posture(config, first_command, seed)
@@ -161,12 +162,8 @@ class InverseKinematicsSystem(LeafSystem):
             desired,
             self._mast_follows,
             self._position_first,
-            self._lower,
-            self._upper,
-            self._max_rates,
-            self._bounds,
-            self._gains,
-            self._period,
+            self._limits,
+            self._settings,
         )
         discrete.get_mutable_value(self._pose)[:] = memory[: servo.POSE_SIZE]
         discrete.get_mutable_value(self._status)[0] = status
@@ -179,10 +176,8 @@ class InverseKinematicsSystem(LeafSystem):
             self._command.Eval(context),
             limiter,
             self._mast_follows,
-            self._lower,
-            self._upper,
-            self._bounds,
-            self._period,
+            self._limits,
+            self._settings,
         )
         memory[-1] += 1.0
         q_seed = desired[:6].copy()
@@ -203,9 +198,7 @@ class InverseKinematicsSystem(LeafSystem):
                 result.q,
                 self._mast_follows,
                 self._position_first,
-                self._lower,
-                self._upper,
-                self._max_rates,
+                self._limits,
                 desired[6:],
             )
         else:
