@@ -107,15 +107,22 @@ def rotation_vector_kernel(R_desired: Array, R: Array, w: Array) -> float:
     elif cos_angle > 0.0:
         w[0], w[1], w[2] = x, y, z
     else:
-        # Half a turn: E = 2 a a^T - 1, the axis is the largest column of (E + 1) / 2.
-        E = R_desired @ R.T
-        j = 0
-        for k in range(1, 3):
-            if E[k, k] > E[j, j]:
-                j = k
-        n = np.sqrt(max(0.5 * (E[j, j] + 1.0), 1e-300))
+        # Half a turn: E = 2 a a^T - 1, whose diagonal and columns give the axis a.
+        d0 = d1 = d2 = 0.0
         for k in range(3):
-            w[k] = angle * 0.5 * (E[k, j] + (1.0 if k == j else 0.0)) / n
+            d0 += R_desired[0, k] * R[0, k]
+            d1 += R_desired[1, k] * R[1, k]
+            d2 += R_desired[2, k] * R[2, k]
+        s01, s02, s12 = 0.5 * (e01 + e10), 0.5 * (e02 + e20), 0.5 * (e12 + e21)
+        if d0 >= d1 and d0 >= d2:
+            n = np.sqrt(0.5 * (d0 + 1.0))
+            w[0], w[1], w[2] = angle * n, angle * 0.5 * s01 / n, angle * 0.5 * s02 / n
+        elif d1 >= d2:
+            n = np.sqrt(0.5 * (d1 + 1.0))
+            w[0], w[1], w[2] = angle * 0.5 * s01 / n, angle * n, angle * 0.5 * s12 / n
+        else:
+            n = np.sqrt(0.5 * (d2 + 1.0))
+            w[0], w[1], w[2] = angle * 0.5 * s02 / n, angle * 0.5 * s12 / n, angle * n
     return angle
 
 

@@ -116,8 +116,17 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
 
 
 def dump_scenario(scenario: Scenario) -> str:
-    """Return the YAML text of a scenario; loading it gives an equal scenario."""
-    return yaml_dump_typed(scenario, schema=Scenario)
+    """Return the YAML text of a scenario; loading it gives an equal scenario.
+
+    A part of a kind that is not in the unions above, such as a controller of your own, is written
+    under its own tag: the text says what ran, but does not load.
+    """
+    hints: list[tuple[str, Any]] = []
+    for name, hint in typing.get_type_hints(Scenario).items():
+        kind = type(getattr(scenario, name))
+        own = dataclasses.is_dataclass(kind) and kind not in _alternatives(hint)
+        hints.append((name, hint | kind if own else hint))
+    return yaml_dump_typed(scenario, schema=dataclasses.make_dataclass("Written", hints))
 
 
 def scenario_names() -> list[str]:

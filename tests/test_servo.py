@@ -109,9 +109,36 @@ def test_a_target_out_of_reach_is_drawn_back_smoothly(direction):
     assert set(statuses) <= {servo.REACH_LIMITED, servo.HOLDING}
     # At most the acceleration that the limiter allows, mapped through the arm; no jump at the edge.
     assert (np.abs(references[:, 6:]) <= robot.MAX_SPEED + 1e-12).all()
-    base = np.array([0.0, 0.0, references[-1, 0]])
-    tool = kinematics.forward_kinematics(references[-1, :6])[:3, 3]
-    assert np.linalg.norm(tool - base) <= servo.REACH_LIMIT + 5e-3
+    arm = kinematics.forward_kinematics(references[-1, :6])[:3, 3] - [0, 0, references[-1, 0]]
+    beyond = np.hypot(np.hypot(arm[0], arm[1]) - 0.75, arm[2])
+    assert beyond <= servo.REACH_LIMIT + 5e-3
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 4.0))
+def test_points_are_drawn_to_the_edge_of_the_reach_and_no_further(seed, distance):
+    direction = np.random.default_rng(seed).normal(size=3)
+    point = distance * direction / np.linalg.norm(direction)
+    drawn = point.copy()
+    out = servo.draw_into_reach(drawn)
+
+    def from_the_circle(p):
+        return np.hypot(np.hypot(p[0], p[1]) - 0.75, p[2])
+
+    assert out == (from_the_circle(point) > servo.REACH_LIMIT)
+    if out:
+        assert from_the_circle(drawn) == pytest.approx(servo.REACH_LIMIT)
+        assert np.arctan2(drawn[1], drawn[0]) == pytest.approx(np.arctan2(point[1], point[0]))
+    else:
+        np.testing.assert_array_equal(drawn, point)
+
+
+def test_every_posture_is_within_the_reach():
+    q = np.random.default_rng(0).uniform(robot.LOWER, robot.UPPER, (20000, 6))
+    p = kinematics.forward_kinematics(q)[:, :3, 3] - np.array([[0, 0, 1]]) * q[:, :1]
+    beyond = np.hypot(np.hypot(p[:, 0], p[:, 1]) - 0.75, p[:, 2])
+    assert beyond.max() <= 1.55 + 1e-12
+    assert beyond.max() > servo.REACH_LIMIT  # the edge is real
 
 
 def test_a_held_target_can_be_left_again():

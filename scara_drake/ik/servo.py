@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from scara_drake.ik.inverse_jacobian import joint_rates_kernel
 from scara_drake.kinematics import (
-    REACH,
+    A4,
+    D3,
+    D6,
     rotation_from_quaternion_kernel,
     rotation_vector_kernel,
     tool_pose_kernel,
@@ -39,8 +41,9 @@ TRACKING = 0.0
 HOLDING = 1.0  # the target cannot be reached: the last good answer is held
 REACH_LIMITED = 2.0  # the target is drawn back into the reach of the arm
 
-# The arm is kept this far from its stretched posture, where it loses a direction of motion.
-REACH_LIMIT = 0.98 * REACH  # [m]
+# The beam stays horizontal: the tool reaches every point within A4 + D6 of a circle of radius D3
+# around the mast. It is kept this far from the edge, where the arm loses a direction of motion.
+REACH_LIMIT = 0.98 * (A4 + D6)  # [m]
 POSITION_TOLERANCE = 5e-3  # [m], E_Tp
 ROTATION_TOLERANCE = 0.0175  # [rad], E_To
 
@@ -91,6 +94,24 @@ def _turn(quaternion: Array, w: Array, dt: float) -> None:
 
 
 @njit(cache=True)
+def draw_into_reach(p: Array) -> bool:
+    """Move a point (3,) relative to the arm's base back into its reach; return whether it was out.
+
+    The point goes straight towards the nearest point of the circle that the end of the beam can
+    be on, and stops at `REACH_LIMIT` from it.
+    """
+    radius = np.sqrt(p[0] * p[0] + p[1] * p[1])
+    x = D3 * p[0] / radius if radius > 0.0 else D3
+    y = D3 * p[1] / radius if radius > 0.0 else 0.0
+    distance = np.sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + p[2] ** 2)
+    if distance <= REACH_LIMIT:
+        return False
+    share = REACH_LIMIT / distance
+    p[0], p[1], p[2] = x + share * (p[0] - x), y + share * (p[1] - y), share * p[2]
+    return True
+
+
+@njit(cache=True)
 def follow_command(
     command: Array,
     limiter: Array,
@@ -120,21 +141,13 @@ def follow_command(
         speed, acceleration = settings[MAST_SPEED], settings[MAST_ACCELERATION]
         limit_motion(error, limiter[14:15], speed, acceleration, bandwidth, dt)
         limiter[13] += dt * limiter[14]
-    error = np.empty(3)
-    radius = 0.0
-    for i in range(3):
-        # From the arm's base on the mast, where that is known.
-        error[i] = command[i] - (limiter[13] if i == 2 and mast_follows else 0.0)
-        radius += error[i] * error[i]
-    radius = np.sqrt(radius)
-    shrink = 1.0
-    if mast_follows and radius > REACH_LIMIT:
-        shrink = REACH_LIMIT / radius
-        cut = True
-    for i in range(3):
-        error[i] = shrink * error[i] - limiter[i]
+    error = command[:3].copy()
     if mast_follows:
+        error[2] -= limiter[13]
+        cut = draw_into_reach(error) or cut
         error[2] += limiter[13]
+    for i in range(3):
+        error[i] -= limiter[i]
     speed, acceleration = settings[SPEED], settings[ACCELERATION]
     limit_motion(error, limiter[7:10], speed, acceleration, bandwidth, dt)
     R_desired, R = np.empty((3, 3)), np.empty((3, 3))
