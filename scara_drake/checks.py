@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+# The lowest number allowed where zero is not.
+ABOVE_ZERO = math.ulp(0.0)
+
 
 def number(name: str, value: float, low: float = -math.inf, high: float = math.inf) -> None:
     """Accept a finite number within [low, high].
@@ -49,8 +52,8 @@ def choice(name: str, value: str, allowed: Iterable[str]) -> None:
 def _range(low: float, high: float) -> str:
     if math.isinf(low) and math.isinf(high):
         return "any finite number"
-    if math.isinf(high):
-        return f"{low:g} or more, finite"
     if math.isinf(low):
         return f"{high:g} or less, finite"
-    return f"{low:g} to {high:g}"
+    if math.isinf(high):
+        return "above 0, finite" if low == ABOVE_ZERO else f"{low:g} or more, finite"
+    return f"above 0, up to {high:g}" if low == ABOVE_ZERO else f"{low:g} to {high:g}"

@@ -21,6 +21,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake import checks, robot
 from scara_drake.kinematics import tool_kinematics_kernel
+from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 
@@ -165,12 +166,9 @@ class ImpedanceContact(LeafSystem):
         super().__init__()
         self._surfaces = environment.parameters()
         self._state = self.DeclareVectorInputPort("state", 12)
-        self._f = self.DeclareDiscreteState(3)
-        self._generalized = self.DeclareDiscreteState(6)
-        self._penetration = self.DeclareDiscreteState(len(environment.surfaces))
-        self.DeclareStateOutputPort("f_env_on_tool_W", self._f)
-        self.DeclareStateOutputPort("generalized_force", self._generalized)
-        self.DeclareStateOutputPort("penetration", self._penetration)
+        self._f = declare_state(self, 3, "f_env_on_tool_W")
+        self._generalized = declare_state(self, 6, "generalized_force")
+        self._penetration = declare_state(self, len(environment.surfaces), "penetration")
         self.DeclareInitializationDiscreteUpdateEvent(self._update)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 

@@ -22,6 +22,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPo
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
 from scara_drake import robot
+from scara_drake.ik.system import STATUS
 from scara_drake.journal import read_journal
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.scenario import Scenario, dump_scenario
@@ -55,7 +56,7 @@ SIGNALS: dict[str, Signal] = {
     "tau_applied": Signal("actuation", 0, _JOINT, _EFFORTS, "effort within the limits"),
     "sliding_variable": Signal("sliding_variable", 0, _JOINT, _RATES, "s of equation (27)"),
     "p_WE_measured": Signal("", 0, _AXIS, "m", "tool position of the plant"),
-    "p_WE_desired": Signal("X_WE_desired", 0, _AXIS, "m", "tool position of the references"),
+    "p_WE_desired": Signal("servo_state", 0, _AXIS, "m", "tool position of the references"),
     "p_WE_commanded": Signal("tool_command", 0, _AXIS, "m", "tool command before the channel"),
     "f_env_on_tool_W": Signal("f_env_on_tool_W", 0, _AXIS, "N", "force of the walls on the tool"),
     "f_haptic": Signal("f_haptic", 0, _AXIS, "N", "that force after the channel"),
@@ -64,7 +65,9 @@ SIGNALS: dict[str, Signal] = {
     "joystick_axes": Signal("joystick_axes", 0, ("stick",), "1", "axes, -1 to 1"),
     "delay_up": Signal("delay_up", 0, (), "s", "delay of the command"),
     "delay_down": Signal("delay_down", 0, (), "s", "delay of the force"),
-    "status": Signal("status", 0, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"),
+    "status": Signal(
+        "servo_state", STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
+    ),
 }
 
 
@@ -86,7 +89,9 @@ def add_recorder(
     signals: dict[str, OutputPort],
     periods: dict[str, float],
 ) -> None:
-    """Log `signals` by name; `periods` [s] names those slower than the scenario's time step."""
+    """Log those of `signals` that `SIGNALS` names; `periods` [s] has those slower than the loop."""
+    wanted = {signal.source for signal in SIGNALS.values()}
+    signals = {name: port for name, port in signals.items() if name in wanted}
     sizes = [port.size() for port in signals.values()]
     starts = np.cumsum([0, *sizes]).tolist()
     metadata = {

@@ -21,5 +21,9 @@ def test_messages_name_field_value_and_what_is_allowed():
         checks.vector("gain", [1.0, -2.0], 2, 0.0)
     with pytest.raises(ValueError, match=r"^gain: 3 entries, allowed 2$"):
         checks.vector("gain", [1.0, 2.0, 3.0], 2)
+    with pytest.raises(ValueError, match=r"^phi: 0, allowed above 0, finite$"):
+        checks.number("phi", 0, checks.ABOVE_ZERO)
+    with pytest.raises(ValueError, match=r"^speed: 0, allowed above 0, up to 5$"):
+        checks.number("speed", 0, checks.ABOVE_ZERO, 5)
     with pytest.raises(ValueError, match=r"^kind: 'c', allowed a, b$"):
         checks.choice("kind", "c", ["a", "b"])

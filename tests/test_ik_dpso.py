@@ -195,3 +195,18 @@ def test_bad_options_are_refused(options, message):
 def test_bad_options_of_the_inverse_jacobian_are_refused(options, message):
     with pytest.raises(ValueError, match=message):
         ik.solve(np.eye(4), "inverse_jacobian", **options)
+
+
+def test_position_alone_is_solved_by_pso_1_within_the_tolerance():
+    """Unpolished, the position task is the paper's live experiment: 5 mm, any orientation."""
+    rng = np.random.default_rng(21)
+    for k in range(30):
+        target = rng.uniform(robot.LOWER, robot.UPPER)
+        X = kinematics.forward_kinematics(target)
+        result = ik.solve(X, "dpso", "arm", "position", q_seed=target, seed=k, polish=False)
+        distance = np.linalg.norm(kinematics.forward_kinematics(result.q)[:3, 3] - X[:3, 3])
+        assert result.success
+        assert 1e-6 < distance <= 5e-3
+        assert result.q[0] == target[0]
+        again = ik.solve(X, "dpso", "arm", "position", q_seed=target, seed=k, polish=False)
+        np.testing.assert_array_equal(again.q, result.q)

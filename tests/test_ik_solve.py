@@ -262,7 +262,6 @@ def test_history_ends_at_the_answer():
         ({"q_seed": [np.nan] * 6}, "q_seed: d1 = nan"),
         ({"wings": 2}, "wings: not an option of dpsoij, allowed history, .*nearest_to"),
         ({"method": "inverse_jacobian", "starts": 2}, "starts: not an option of inverse_jacobian"),
-        ({"task": "position", "polish": False}, "polish: False, allowed True"),
         ({"nearest_to": robot.HOME, "polish": False}, "polish: False, allowed True"),
         ({"nearest_to": np.zeros(5)}, "nearest_to: 5 entries, allowed 6"),
         ({"X_WE": np.eye(3)}, r"X_WE: shape \(3, 3\), allowed \(4, 4\)"),

@@ -1,4 +1,5 @@
 import copy
+import dataclasses
 
 import numpy as np
 import pytest
@@ -121,3 +122,18 @@ def test_a_trace_beside_the_scenario_is_taken(tmp_path):
     (tmp_path / "mine.csv").write_text("\n".join([header.replace("mast_hat", "hat"), *rows]))
     with pytest.raises(ValueError, match="mast_hat"):
         load_scenario(tmp_path / "mine.yaml")
+
+
+def test_a_part_of_your_own_is_written_under_its_own_tag():
+    @dataclasses.dataclass
+    class Mine:
+        gain: float = 2.5
+
+        def validate(self, name):
+            """Accept anything."""
+
+    scenario = load_scenario("joint_sine")
+    scenario.controller = Mine()
+    text = dump_scenario(scenario)
+    assert "controller: !Mine" in text
+    assert "gain: 2.5" in text

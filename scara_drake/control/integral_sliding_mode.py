@@ -13,7 +13,6 @@ joint: one number, no model of the dynamics. ``z(0) = sigma(0)`` starts the moti
 surface, without a reaching phase (46).
 """
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
 
 from scara_drake import checks, robot
+from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ class IntegralSlidingMode:
         """
         for gain in ("c", "k", "rho"):
             checks.vector(f"{name}.{gain}", getattr(self, gain), 6, 0.0)
-        checks.vector(f"{name}.phi", self.phi, 6, math.ulp(0.0))
+        checks.vector(f"{name}.phi", self.phi, 6, checks.ABOVE_ZERO)
 
     def array(self) -> Array:
         """Return the gains with m_hat and the efforts of the robot, as `ismc_law` takes them."""
@@ -145,13 +145,10 @@ class IntegralSlidingModeController(LeafSystem):
         self._period = period
         self._state = self.DeclareVectorInputPort("state", 12)
         self._desired = self.DeclareVectorInputPort("state_desired", 12)
-        self._tau_limited = self.DeclareDiscreteState(6)
-        self._tau = self.DeclareDiscreteState(6)
-        self._s = self.DeclareDiscreteState(6)
-        self._z = self.DeclareDiscreteState(6)
-        self.DeclareStateOutputPort("actuation", self._tau_limited)
-        self.DeclareStateOutputPort("actuation_commanded", self._tau)
-        self.DeclareStateOutputPort("sliding_variable", self._s)
+        self._tau_limited = declare_state(self, 6, "actuation")
+        self._tau = declare_state(self, 6, "actuation_commanded")
+        self._s = declare_state(self, 6, "sliding_variable")
+        self._z = declare_state(self, 6)
         self.DeclareInitializationDiscreteUpdateEvent(self._start)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 

@@ -191,11 +191,11 @@ def search_kernel(
 
 
 def _solve(problem: Problem, options: SwarmOptions, dual: bool) -> Answer:
-    if options.polish is False and problem.position_first:
-        raise ValueError('polish: False, allowed True with task="position"')
+    parameters = options.parameter_set()
+    if problem.position_first and options.polish is False:
+        return _solve_position(problem, parameters, options.history)
     if options.nearest_to is not None or problem.position_first:
         return best_branch(problem, options.nearest_to, options.number_of_starts())
-    parameters = options.parameter_set()
     polish = dual if options.polish is None else options.polish
     low, high = search_box(problem.p)
     q = problem.start.copy()
@@ -208,6 +208,31 @@ def _solve(problem: Problem, options: SwarmOptions, dual: bool) -> Answer:
     nearest_turns_kernel(q, problem.start, LOWER, UPPER)
     kept = history[:written].copy() if options.history else None
     return Answer(q, evaluations, iterations, kept)
+
+
+def _solve_position(problem: Problem, parameters: Dpso, keep_history: bool) -> Answer:
+    """Solve for the position by PSO-1 alone, objective (22), as the paper's live experiment does.
+
+    It ends within the tolerance, with whatever orientation; each target is drawn anew, so that
+    neighbouring targets may get answers far apart.
+    """
+    low, high = search_box(problem.p)
+    state, q = draws(problem.seed), problem.start.copy()
+    swarm = _sized(parameters.pso1, population_kernel(6 - problem.first_joint))
+    history = np.empty((HISTORY_ROWS if keep_history else 0, 2))
+    best, best_error = q.copy(), np.inf
+    evaluations, iterations, written = 0, 0, 0
+    while evaluations < parameters.budget and best_error > POSITION_TOLERANCE:
+        x, costs = np.tile(problem.start, (swarm.particles, 1)), np.empty(swarm.particles)
+        it, ev, error, _ = swarm_kernel(
+            swarm, parameters.squared, problem.p, problem.R, problem.first_joint, low, high, LOWER,
+            UPPER, POSITION_TOLERANCE, np.inf, state, x, costs, 0, history, written,
+        )  # fmt: skip
+        evaluations, iterations, written = evaluations + ev, iterations + it, written + it + 1
+        if error < best_error:
+            best, best_error = x[0].copy(), error
+    nearest_turns_kernel(best, problem.start, LOWER, UPPER)
+    return Answer(best, evaluations, iterations, history[:written].copy() if keep_history else None)
 
 
 def solve(problem: Problem, options: SwarmOptions) -> Answer:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Final, NamedTuple, TypeVar
@@ -139,7 +138,7 @@ class InverseJacobianOptions(MethodOptions):
         super().validate()
         checks.choice("rows", self.rows, ("full", "position"))
         _count("max_iterations", self.max_iterations, 1)
-        checks.number("max_step", self.max_step, math.ulp(0.0))
+        checks.number("max_step", self.max_step, checks.ABOVE_ZERO)
 
 
 @dataclass
@@ -208,8 +207,8 @@ class DpsoijOptions(SwarmOptions):
         """Check the values; see MethodOptions."""
         super().validate()
         _count("max_iterations", self.max_iterations, 1)
-        checks.number("max_step", self.max_step, math.ulp(0.0))
-        checks.number("max_joint_change", self.max_joint_change, math.ulp(0.0))
+        checks.number("max_step", self.max_step, checks.ABOVE_ZERO)
+        checks.number("max_joint_change", self.max_joint_change, checks.ABOVE_ZERO)
 
 
 def make_options(kind: type[Options], method: str, values: Mapping[str, object]) -> Options:

@@ -1,22 +1,32 @@
 """Inverse kinematics in the loop: a thin LeafSystem over the solvers and the servo."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteStateIndex,
+    DiscreteValues,
+    LeafSystem,
+)
 
 from scara_drake import checks, robot
 from scara_drake.ik import servo
 from scara_drake.ik.solve import METHODS, solve
 from scara_drake.pose import pose_matrix, pose_vector
+from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 
 # Methods that start from one answer and follow the command with the Jacobian; the value is the
-# method of that first answer. Every other method solves each sample from scratch.
+# method of that first answer. Every other method solves each sample from scratch, as the paper
+# has it: by its swarms alone, without polish.
 FOLLOWERS = {"dpsoij": "dpso", "inverse_jacobian": "inverse_jacobian"}
+
+# Layout of the memory: the limiter, then these.
+STATUS, COUNT = servo.LIMITER_SIZE, servo.LIMITER_SIZE + 1
 
 
 @dataclass
@@ -49,7 +59,7 @@ class InverseKinematics:
         checks.choice(f"{name}.method", self.method, METHODS)
         checks.choice(f"{name}.joints", self.joints, ("arm", "full"))
         checks.choice(f"{name}.task", self.task, ("position", "pose"))
-        smallest = math.ulp(0.0)
+        smallest = checks.ABOVE_ZERO
         for bound in (
             "max_speed",
             "max_acceleration",
@@ -109,11 +119,12 @@ class InverseKinematicsSystem(LeafSystem):
 
     Input port:
         tool_command (8): p_WE [m], quaternion w x y z of R_WE, mast height [m]
-    Output ports, all discrete state:
-        state_desired (12): q, v references [m, rad, m/s, rad/s]
-        X_WE_desired (7): the pose that they follow: p_WE [m], quaternion w x y z
-        status (1): 0 tracking, 1 holding the last good answer because the target cannot be
-            reached, 2 tracking a target that was drawn back into the arm's reach
+    Output ports:
+        state_desired (12): discrete state, q, v references [m, rad, m/s, rad/s]
+        servo_state (17): discrete state: the limiter (see `servo`), status, count of samples
+        X_WE_desired (7): of servo_state, the pose that is followed: p_WE [m], quaternion w x y z
+        status (1): of servo_state: 0 tracking, 1 holding the last good answer because the target
+            cannot be reached, 2 tracking a target that was drawn back into the arm's reach
     Update (every period), with "dpsoij" and "inverse_jacobian": the limiter follows the command and
         the joints follow the limiter by resolved rates, see `servo`. With another method each
         sample is solved from scratch. Where the answer leaves the tolerance, q stays, v is zero and
@@ -142,21 +153,21 @@ class InverseKinematicsSystem(LeafSystem):
             q = robot.check_configuration("q_start", q_start)
         limiter = limiter_at(q)
         self._command = self.DeclareVectorInputPort("tool_command", 8)
-        self._desired = self.DeclareDiscreteState(np.concatenate([q, np.zeros(6)]))
-        self._pose = self.DeclareDiscreteState(limiter[: servo.POSE_SIZE])
-        self._status = self.DeclareDiscreteState(1)
-        # The limiter, then the count of samples: it numbers the draws of the swarm methods.
-        self._memory = self.DeclareDiscreteState(np.append(limiter, 0.0))
-        self.DeclareStateOutputPort("state_desired", self._desired)
-        self.DeclareStateOutputPort("X_WE_desired", self._pose)
-        self.DeclareStateOutputPort("status", self._status)
+        self._desired = declare_state(self, np.concatenate([q, np.zeros(6)]), "state_desired")
+        # The count of samples numbers the draws of the swarm methods.
+        self._memory = declare_state(
+            self, np.concatenate([limiter, [servo.TRACKING, 0.0]]), "servo_state"
+        )
+        memory = {self.discrete_state_ticket(DiscreteStateIndex(self._memory))}
+        self.DeclareVectorOutputPort("X_WE_desired", 7, self._show_pose, memory)
+        self.DeclareVectorOutputPort("status", 1, self._show_status, memory)
         update = self._follow if config.method in FOLLOWERS else self._solve
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
 
     def _follow(self, context: Context, discrete: DiscreteValues) -> None:
         desired = discrete.get_mutable_value(self._desired)
         memory = discrete.get_mutable_value(self._memory)
-        status = servo.servo_step(
+        memory[STATUS] = servo.servo_step(
             self._command.Eval(context),
             memory[: servo.LIMITER_SIZE],
             desired,
@@ -165,8 +176,13 @@ class InverseKinematicsSystem(LeafSystem):
             self._limits,
             self._settings,
         )
-        discrete.get_mutable_value(self._pose)[:] = memory[: servo.POSE_SIZE]
-        discrete.get_mutable_value(self._status)[0] = status
+
+    def _show_pose(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_discrete_state(self._memory).value()
+        output.SetFromVector(memory[: servo.POSE_SIZE])
+
+    def _show_status(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_discrete_state(self._memory).value()[[STATUS]])
 
     def _solve(self, context: Context, discrete: DiscreteValues) -> None:
         desired = discrete.get_mutable_value(self._desired)
@@ -179,7 +195,7 @@ class InverseKinematicsSystem(LeafSystem):
             self._limits,
             self._settings,
         )
-        memory[-1] += 1.0
+        memory[COUNT] += 1.0
         q_seed = desired[:6].copy()
         if self._mast_follows:
             q_seed[0] = limiter[servo.MAST]
@@ -189,7 +205,8 @@ class InverseKinematicsSystem(LeafSystem):
             joints=self._config.joints,
             task=self._config.task,
             q_seed=q_seed,
-            seed=self._seed + int(memory[-1]),
+            seed=self._seed + int(memory[COUNT]),
+            polish=False,
         )
         if result.success:
             desired[:6] = result.q
@@ -204,9 +221,8 @@ class InverseKinematicsSystem(LeafSystem):
         else:
             limiter[:] = good
             servo.rest(limiter, desired)
-        discrete.get_mutable_value(self._pose)[:] = memory[: servo.POSE_SIZE]
         status = servo.REACH_LIMITED if cut else servo.TRACKING
-        discrete.get_mutable_value(self._status)[0] = status if result.success else servo.HOLDING
+        memory[STATUS] = status if result.success else servo.HOLDING
 
 
 def limiter_at(q: Array) -> Array:

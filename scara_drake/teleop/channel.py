@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake import checks
+from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 
@@ -184,11 +185,9 @@ class SignalDelay(LeafSystem):
         self._period = period
         rows = math.ceil(delay.maximum() / period) + 1
         self._sent = self.DeclareVectorInputPort("signal_sent", first.size)
-        self._ring = self.DeclareDiscreteState(np.concatenate([[0.0], np.tile(first, rows)]))
-        self._received = self.DeclareDiscreteState(first)
-        self._delay = self.DeclareDiscreteState([delay_at(self._parameters, 0.0)])
-        self.DeclareStateOutputPort("signal_received", self._received)
-        self.DeclareStateOutputPort("delay", self._delay)
+        self._received = declare_state(self, first, "signal_received")
+        self._delay = declare_state(self, [delay_at(self._parameters, 0.0)], "delay")
+        self._ring = declare_state(self, np.concatenate([[0.0], np.tile(first, rows)]))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
 
     def _step(self, context: Context, discrete: DiscreteValues) -> None:

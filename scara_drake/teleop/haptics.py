@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake import checks
+from scara_drake.state import declare_state
 from scara_drake.teleop.devices import Device
 
 Array = NDArray[np.float64]
@@ -140,9 +141,9 @@ class HapticOutput(LeafSystem):
         self._parameters = mapping.parameters()
         self._device = device
         self._force = self.DeclareVectorInputPort("f_haptic", 3)
-        self._memory = self.DeclareDiscreteState(3)
-        self._levels = self.DeclareDiscreteState(2)
-        self._rumble = self.DeclareStateOutputPort("rumble", self._levels)
+        self._memory = declare_state(self, 3)
+        self._levels = declare_state(self, 2, "rumble")
+        self._rumble = self.GetOutputPort("rumble")
         self.DeclarePeriodicDiscreteUpdateEvent(mapping.period, 0.0, self._step)
         if device is not None:
             self.DeclarePeriodicPublishEvent(mapping.period, PUBLISH_OFFSET, self._shake)

@@ -3,10 +3,12 @@
 from typing import TypeAlias
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake import checks
+from scara_drake.state import declare_state
 from scara_drake.teleop.devices import Device
 from scara_drake.teleop.trace import STICK_NAMES
 
@@ -16,6 +18,21 @@ Array = NDArray[np.float64]
 Trace: TypeAlias = tuple[ArrayLike, ArrayLike]
 
 CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in the last bits
+
+
+@njit(cache=True)
+def hold_sample(sample: Array, axes: Array) -> None:
+    """Write a sample, clipped, into the axes (5,); leave them as they are if it is not finite."""
+    if np.isfinite(sample).all():
+        for i in range(axes.size):
+            axes[i] = min(max(sample[i], -1.0), 1.0)
+
+
+@njit(cache=True)
+def play_trace(times: Array, rows: Array, now: float, axes: Array) -> None:
+    """Hold the last row (5,) of a trace that is not later than `now` [s], or its first row."""
+    row = int(np.searchsorted(times, now + CLOCK_TOLERANCE, side="right")) - 1
+    hold_sample(rows[max(row, 0)], axes)
 
 
 class JoystickSource(LeafSystem):
@@ -48,11 +65,10 @@ class JoystickSource(LeafSystem):
         initial = np.zeros(5)
         if isinstance(source, tuple):
             self._times, self._axes = _check_trace(*source)
-            _hold_sample(self._axes[0], initial)
+            hold_sample(self._axes[0], initial)
         else:
             self._device = source
-        state = self.DeclareDiscreteState(initial)
-        self.DeclareStateOutputPort("joystick_axes", state)
+        self._held = declare_state(self, initial, "joystick_axes")
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
 
     def close(self) -> None:
@@ -61,21 +77,14 @@ class JoystickSource(LeafSystem):
             self._device.close()
 
     def _sample(self, context: Context, discrete: DiscreteValues) -> None:
+        axes = discrete.get_mutable_value(self._held)
         if self._device is not None:
             sample = np.asarray(self._device.read(), dtype=np.float64)
             if sample.shape != (5,):
                 raise ValueError(f"{self._device.name}: axes {sample.shape}, allowed (5,)")
+            hold_sample(sample, axes)
         else:
-            now = context.get_time() + CLOCK_TOLERANCE
-            row = int(np.searchsorted(self._times, now, side="right")) - 1
-            sample = self._axes[max(row, 0)]
-        _hold_sample(sample, discrete.get_mutable_value(0))
-
-
-def _hold_sample(sample: Array, axes: Array) -> None:
-    """Write a sample, clipped, into the axes (5,); leave them as they are if it is not finite."""
-    if np.isfinite(sample).all():
-        np.clip(sample, -1.0, 1.0, out=axes)
+            play_trace(self._times, self._axes, context.get_time(), axes)
 
 
 def _check_trace(times: ArrayLike, axes: ArrayLike) -> tuple[Array, Array]:
@@ -84,6 +93,4 @@ def _check_trace(times: ArrayLike, axes: ArrayLike) -> tuple[Array, Array]:
         raise ValueError(f"trace: shapes {t.shape} and {a.shape}, allowed (n,) and (n, 5), n > 0")
     if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
         raise ValueError("trace: times that are not finite and increasing, allowed such times only")
-    t.setflags(write=False)
-    a.setflags(write=False)
     return t, a

@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake import checks, robot
 from scara_drake.kinematics import REACH, rotation_from_intrinsic_xyz
+from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 
@@ -148,9 +149,10 @@ class JoystickToPose(LeafSystem):
             mapping.mast_rate * period,
         )
         self._axes = self.DeclareVectorInputPort("joystick_axes", 5)
-        state = self.DeclareDiscreteState(initial_command(mapping))
-        self.DeclareStateOutputPort("tool_command", state)
+        self._command = declare_state(self, initial_command(mapping), "tool_command")
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._move)
 
     def _move(self, context: Context, discrete: DiscreteValues) -> None:
-        move_command(self._axes.Eval(context), *self._arguments, discrete.get_mutable_value(0))
+        move_command(
+            self._axes.Eval(context), *self._arguments, discrete.get_mutable_value(self._command)
+        )
