@@ -1,12 +1,17 @@
 """Bilateral teleoperation of a 6-DOF SCARA for nuclear dismantling, as a Drake Diagram."""
 
 from importlib.metadata import version
+from importlib.util import find_spec
 
-from scara_drake import ik, kinematics
-from scara_drake.diagram import make_diagram
-from scara_drake.recording import load_recording, recording, save_recording
-from scara_drake.scenario import Scenario, load_scenario
-from scara_drake.simulate import simulate
+from scara_drake import kinematics
+
+# Where Drake has no wheel (Windows), recordings can still be replayed: see `scara_drake.replay`.
+if find_spec("pydrake") is not None:
+    from scara_drake import ik
+    from scara_drake.diagram import make_diagram
+    from scara_drake.recording import load_recording, recording, save_recording
+    from scara_drake.scenario import Scenario, load_scenario
+    from scara_drake.simulate import simulate
 
 __version__ = version("scara-drake")
 

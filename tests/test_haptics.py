@@ -115,7 +115,7 @@ def test_an_impact_makes_a_burst_that_decays_and_grows_with_its_rate() -> None:
     assert hard.argmax() <= 4  # within 0.1 s of it
     assert (np.diff(hard[4:]) <= 0.0).all()
     # Decay of exp(-t / 80 ms), once the slew limit is behind.
-    np.testing.assert_allclose(hard[7:12] / hard[6:11], math.exp(-1 / 30 / 0.08), rtol=1e-9)
+    np.testing.assert_allclose(hard[7:12] / hard[6:11], math.exp(-MAPPING.period / 0.08), rtol=1e-9)
     gentle = levels([5.0 * k for k in range(30)])[:, 1]  # 150 N/s
     np.testing.assert_array_equal(gentle, 0.0)
 
@@ -123,8 +123,8 @@ def test_an_impact_makes_a_burst_that_decays_and_grows_with_its_rate() -> None:
 def test_slew_makes_a_straight_rise() -> None:
     slow = replace(MAPPING, slew_up=3.0, slew_down=6.0)
     history = levels([400.0] * 20 + [0.0] * 20, slow)[:, 0]
-    np.testing.assert_allclose(history[:10], 0.1 * np.arange(1, 11))
-    np.testing.assert_allclose(history[20:25], 1.0 - 0.2 * np.arange(1, 6), atol=1e-12)
+    np.testing.assert_allclose(history[:10], 3.0 * MAPPING.period * np.arange(1, 11))
+    np.testing.assert_allclose(history[20:25], 1.0 - 6.0 * MAPPING.period * np.arange(1, 6), atol=1e-12)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
@@ -169,7 +169,7 @@ def test_ports_and_initial_output() -> None:
 def test_system_steps_the_pure_function_at_its_period() -> None:
     system = HapticOutput(MAPPING)
     context = with_force(system, 100.0)
-    Simulator(system, context).AdvanceTo(0.15)  # ticks at 0, 33, 67, 100, 133 ms
+    Simulator(system, context).AdvanceTo(0.15)  # ticks at 0, 33, 66, 99, 132 ms
     wanted = levels([100.0] * 5)[-1]
     np.testing.assert_array_equal(system.GetOutputPort("rumble").Eval(context), wanted)
 

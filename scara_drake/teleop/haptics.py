@@ -39,7 +39,7 @@ class HapticMapping:
     burst_time: float = 0.08  # [s], time constant of a burst's decay
     slew_up: float = 8.0  # [1/s], fastest rise of a level
     slew_down: float = 20.0  # [1/s], fastest fall
-    period: float = 1 / 30  # [s]
+    period: float = 0.033  # [s], about 30 Hz, on the ticks of the 1 kHz loop
 
     def validate(self, name: str) -> None:
         """Check the fields.
