@@ -107,3 +107,28 @@ def test_bad_paths_are_refused():
         ik.solve_path([np.eye(4)], history=True)
     with pytest.raises(ValueError, match="max_joint_change"):
         ik.solve_path([np.eye(4)], max_joint_change=0.0)
+
+
+def test_the_literal_method_holds_the_position_and_loses_the_orientation():
+    """The pattern of the reference: within 5 mm, joint 6 still, the orientation adrift."""
+    rng = np.random.default_rng(3)
+    drifts, better = [], []
+    for k in range(10):
+        q = joint_path(rng, 1)
+        q[:, 0] = q[0, 0]
+        X = kinematics.forward_kinematics(q)
+        literal = ik.solve_path(X, "dpsoij", "arm", q_seed=q[0], seed=k, variant="paper")
+        default = ik.solve_path(X, "dpsoij", "arm", q_seed=q[0], seed=k)
+        np.testing.assert_array_equal(np.diff(literal.q[:, 5]), 0.0)
+        if literal.success[0]:
+            assert literal.position_error[1:].max() <= 5e-3
+            drifts.append(literal.rotation_error.max())
+            better.append(default.rotation_error.max())
+    assert len(drifts) >= 3  # the literal swarm finds about half of the first points
+    assert np.median(drifts) > 0.05
+    assert max(better) < 1e-5
+
+
+def test_an_unknown_variant_is_refused():
+    with pytest.raises(ValueError, match=r"^variant: 'mine', allowed default, paper$"):
+        ik.solve(np.eye(4), "dpsoij", variant="mine")

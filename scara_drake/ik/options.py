@@ -103,6 +103,7 @@ PAPER: Final = Dpso(
     polish_budget=400_000,
 )
 
+VARIANTS: Final = ("default", "paper")
 PARAMETERS: Final = {"tuned": TUNED, "paper": PAPER}
 
 
@@ -195,10 +196,13 @@ class SwarmOptions(MethodOptions):
 class DpsoijOptions(SwarmOptions):
     """Options of "dpsoij": those of its DPSO, and of the path that follows.
 
+    variant: "default", or "paper" for the literal method: unpolished DPSO with the parameters
+        "paper", then iterations of the pseudo-inverse of the position Jacobian (26).
     max_step, max_iterations: of the inverse Jacobian, see InverseJacobianOptions.
     max_joint_change: the largest change of a joint between neighbouring points [rad], [m].
     """
 
+    variant: str = "default"
     max_iterations: int = 60
     max_step: float = 0.5
     max_joint_change: float = 0.7
@@ -206,6 +210,7 @@ class DpsoijOptions(SwarmOptions):
     def validate(self) -> None:
         """Check the values; see MethodOptions."""
         super().validate()
+        checks.choice("variant", self.variant, VARIANTS)
         _count("max_iterations", self.max_iterations, 1)
         checks.number("max_step", self.max_step, checks.ABOVE_ZERO)
         checks.number("max_joint_change", self.max_joint_change, checks.ABOVE_ZERO)
