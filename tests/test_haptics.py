@@ -124,7 +124,9 @@ def test_slew_makes_a_straight_rise() -> None:
     slow = replace(MAPPING, slew_up=3.0, slew_down=6.0)
     history = levels([400.0] * 20 + [0.0] * 20, slow)[:, 0]
     np.testing.assert_allclose(history[:10], 3.0 * MAPPING.period * np.arange(1, 11))
-    np.testing.assert_allclose(history[20:25], 1.0 - 6.0 * MAPPING.period * np.arange(1, 6), atol=1e-12)
+    np.testing.assert_allclose(
+        history[20:25], 1.0 - 6.0 * MAPPING.period * np.arange(1, 6), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])

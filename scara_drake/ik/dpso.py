@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.ik.branches import LOWER, UPPER, best_branch, search_box
-from scara_drake.ik.options import Dpso, Swarm, SwarmOptions
+from scara_drake.ik.options import TUNED, Dpso, Swarm, SwarmOptions
 from scara_drake.ik.refine import error_kernel, nearest_turns_kernel, refine_kernel
 from scara_drake.ik.result import (
     POSITION_TOLERANCE,
@@ -22,6 +22,7 @@ from scara_drake.ik.result import (
     Problem,
 )
 from scara_drake.ik.swarm import Draws, draws, swarm_kernel
+from scara_drake.kinematics import REACH
 
 Array = NDArray[np.float64]
 
@@ -190,6 +191,34 @@ def search_kernel(
             return evaluations, iterations, written
 
 
+@njit(cache=True)
+def dpso_kernel(p: Array, R: Array, first_joint: int, seed: int, q: Array) -> tuple[int, int]:
+    """Solve one pose by DPSO with polish and the tuned parameters, in place of the start q (6,).
+
+    The entry for loops: everything that is the same for each call is compiled in.
+
+    Args:
+        p: target (3,) [m].
+        R: target (3, 3).
+        first_joint: 0 moves the mast, 1 keeps the height of q.
+        seed: of the draws.
+        q: posture (6,), in place; theta2, theta3, theta6 end nearest to where they were.
+
+    Returns:
+        Evaluations and iterations.
+    """
+    low, high, start = LOWER.copy(), UPPER.copy(), q.copy()
+    low[0] = min(max(p[2] - REACH, LOWER[0]), UPPER[0])
+    high[0] = min(max(p[2] + REACH, LOWER[0]), UPPER[0])
+    state = np.empty(1, dtype=np.uint64)
+    state[0] = np.uint64(seed)
+    evaluations, iterations, _ = search_kernel(
+        TUNED, True, True, p, R, first_joint, low, high, LOWER, UPPER, state, np.empty((0, 2)), q
+    )
+    nearest_turns_kernel(q, start, LOWER, UPPER)
+    return evaluations, iterations
+
+
 def _solve(problem: Problem, options: SwarmOptions, dual: bool) -> Answer:
     parameters = options.parameter_set()
     if problem.position_first and options.polish is False:
@@ -197,8 +226,10 @@ def _solve(problem: Problem, options: SwarmOptions, dual: bool) -> Answer:
     if options.nearest_to is not None or problem.position_first:
         return best_branch(problem, options.nearest_to, options.number_of_starts())
     polish = dual if options.polish is None else options.polish
-    low, high = search_box(problem.p)
     q = problem.start.copy()
+    if parameters is TUNED and dual and polish and not options.history:
+        return Answer(q, *dpso_kernel(problem.p, problem.R, problem.first_joint, problem.seed, q))
+    low, high = search_box(problem.p)
     rows = HISTORY_ROWS if options.history else 0
     history = np.empty((rows, 2))
     evaluations, iterations, written = search_kernel(

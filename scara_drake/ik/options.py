@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
@@ -222,6 +223,8 @@ def make_options(kind: type[Options], method: str, values: Mapping[str, object])
     Raises:
         ValueError: an unknown name, with those allowed, or a value outside its range.
     """
+    if not values:
+        return _defaults(kind)
     allowed = [field.name for field in fields(kind)]
     for name in values:
         if name not in allowed:
@@ -240,3 +243,9 @@ def _count(name: str, value: int, low: int) -> None:
 def _boolean(name: str, value: bool) -> None:
     if not isinstance(value, bool):
         raise ValueError(f"{name}: {value}, allowed True or False")
+
+
+@cache
+def _defaults(kind: type[Options]) -> Options:
+    """Return the default options of a method; one object serves all calls, and none changes it."""
+    return kind()

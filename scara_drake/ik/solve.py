@@ -24,20 +24,15 @@ from scara_drake.ik.result import (
     NOT_CONVERGED,
     OUT_OF_REACH,
     POSITION_TOLERANCE,
-    ROTATION_TOLERANCE,
     Answer,
     IkPath,
     IkResult,
     PathAnswer,
     Problem,
 )
+from scara_drake.ik.target import confirm, confirm_kernel, make_problem
 
 Array = NDArray[np.float64]
-
-JOINTS: Final = ("full", "arm")
-TASKS: Final = ("pose", "position")
-# A seed this far outside the joint ranges is rounding of a loop, not a mistake; it is clipped.
-SEED_SLACK: Final = 1e-6
 
 
 class Method(NamedTuple):
@@ -93,14 +88,16 @@ def solve(
     """
     chosen = _method(method)
     values = make_options(chosen.options, method, options)
-    problem = _problem(X_WE, "X_WE", joints, task, q_seed, seed)
+    problem = make_problem(X_WE, "X_WE", joints, task, q_seed, seed)
     answer = chosen.solve(problem, values)
-    position, rotation, success = _confirm(answer.q, [problem])
+    position, rotation, success = confirm_kernel(
+        answer.q, problem.p, problem.R, problem.position_first
+    )
     return IkResult(
         q=answer.q,
-        position_error=float(position),
-        rotation_error=float(rotation),
-        success=bool(success),
+        position_error=position,
+        rotation_error=rotation,
+        success=success,
         evaluations=answer.evaluations,
         iterations=answer.iterations,
         method=method,
@@ -131,7 +128,7 @@ def solve_path(
     if values.history:
         raise ValueError("history: True, allowed False for a path")
     problems = [
-        _problem(X, f"X_WEs[{k}]", joints, task, q_seed, seed + k) for k, X in enumerate(X_WEs)
+        make_problem(X, f"X_WEs[{k}]", joints, task, q_seed, seed + k) for k, X in enumerate(X_WEs)
     ]
     if not problems:
         raise ValueError("X_WEs: 0 poses, allowed 1 or more")
@@ -144,7 +141,7 @@ def solve_path(
             evaluations=np.array([a.evaluations for a in answers]),
             iterations=np.array([a.iterations for a in answers]),
         )
-    position, rotation, success = _confirm(answer.q, problems)
+    position, rotation, success = confirm(answer.q, problems)
     reason = tuple(
         CONVERGED if good else _diagnose(problem)
         for problem, good in zip(problems, success, strict=True)
@@ -164,66 +161,6 @@ def solve_path(
 def _method(name: str) -> Method:
     checks.choice("method", name, METHODS)
     return METHODS[name]
-
-
-def _problem(
-    X_WE: Any, name: str, joints: str, task: str, q_seed: ArrayLike | None, seed: int
-) -> Problem:
-    checks.choice("joints", joints, JOINTS)
-    checks.choice("task", task, TASKS)
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
-        raise ValueError(f"seed: {seed}, allowed a whole number")
-    X = _pose(X_WE, name)
-    if q_seed is None:
-        if joints == "arm":
-            raise ValueError(
-                'q_seed: None, allowed (6,) with joints="arm": it holds the mast height'
-            )
-        start = np.array(robot.HOME)
-        start[0] = np.clip(X[2, 3], robot.LOWER[0], robot.UPPER[0])
-    else:
-        given = np.array(q_seed, dtype=np.float64)
-        if given.shape == (6,):
-            clipped = np.clip(given, robot.LOWER, robot.UPPER)
-            given = np.where(np.abs(given - clipped) <= SEED_SLACK, clipped, given)
-        start = robot.check_configuration("q_seed", given)
-    return Problem(
-        p=np.ascontiguousarray(X[:3, 3]),
-        R=np.ascontiguousarray(X[:3, :3]),
-        first_joint=1 if joints == "arm" else 0,
-        position_first=task == "position",
-        start=start,
-        seeded=q_seed is not None,
-        seed=int(seed),
-    )
-
-
-def _pose(X_WE: Any, name: str) -> Array:
-    matrix = X_WE.GetAsMatrix4() if hasattr(X_WE, "GetAsMatrix4") else X_WE
-    X = np.asarray(matrix, dtype=np.float64)
-    if X.shape != (4, 4):
-        raise ValueError(f"{name}: shape {X.shape}, allowed (4, 4) or a RigidTransform")
-    if not np.all(np.isfinite(X)):
-        raise ValueError(f"{name}: not finite, allowed finite numbers")
-    R = X[:3, :3]
-    rigid = np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0.0
-    if not rigid or not np.allclose(X[3], [0.0, 0.0, 0.0, 1.0], atol=1e-9):
-        raise ValueError(f"{name}: not a rigid transform, allowed a rotation and last row 0 0 0 1")
-    return X
-
-
-def _confirm(q: Array, problems: Sequence[Problem]) -> tuple[Any, Any, Any]:
-    """Errors and success of q (6,) or (n, 6), by forward kinematics and nothing else."""
-    X = np.zeros((len(problems), 4, 4))
-    for row, problem in zip(X, problems, strict=True):
-        row[:3, :3], row[:3, 3] = problem.R, problem.p
-    X = X[0] if q.ndim == 1 else X
-    position, rotation = kinematics.pose_error(X, kinematics.forward_kinematics(q))
-    success = np.all((q >= robot.LOWER) & (q <= robot.UPPER), axis=-1)
-    success = success & (position <= POSITION_TOLERANCE)
-    if not problems[0].position_first:
-        success = success & (rotation <= ROTATION_TOLERANCE)
-    return position, rotation, success
 
 
 def _diagnose(problem: Problem) -> str:
