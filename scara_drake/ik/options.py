@@ -246,6 +246,6 @@ def _boolean(name: str, value: bool) -> None:
 
 
 @cache
-def _defaults(kind: type[Options]) -> Options:
+def _defaults(kind: Any) -> Any:
     """Return the default options of a method; one object serves all calls, and none changes it."""
     return kind()

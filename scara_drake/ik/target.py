@@ -24,6 +24,8 @@ TASKS: Final = ("pose", "position")
 LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
 # A seed this far outside the joint ranges is rounding of a loop, not a mistake; it is clipped.
 SEED_SLACK: Final = 1e-6
+# Seeds are taken modulo this plus one: the kernels hold them in 64 bits.
+LARGEST_SEED: Final = 2**63 - 1
 # How far R R^T may be from the identity.
 RIGID: Final = 1e-6
 
@@ -52,7 +54,7 @@ def pose_fault_kernel(X: Array) -> int:
 
 @njit(cache=True)
 def clip_seed_kernel(q: Array) -> bool:
-    """Clip a seed (6,) that is outside the joint ranges by rounding; return whether it is inside."""
+    """Clip a seed (6,) that is outside the ranges by rounding; return whether it is inside."""
     for j in range(6):
         if not LOWER[j] - SEED_SLACK <= q[j] <= UPPER[j] + SEED_SLACK:  # also refuses NaN
             return False
@@ -128,7 +130,7 @@ def make_problem(
         position_first=task == "position",
         start=start,
         seeded=q_seed is not None,
-        seed=int(seed),
+        seed=int(seed) & LARGEST_SEED,
     )
 
 
