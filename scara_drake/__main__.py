@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from scara_drake import __version__, metrics, robot
+from scara_drake import __version__, ik_command, metrics, robot
 from scara_drake.block_diagram import render_svg
 from scara_drake.diagram import make_diagram
 from scara_drake.recording import save_recording
@@ -78,6 +78,8 @@ def _parser() -> argparse.ArgumentParser:
     diagrams = commands.add_parser("diagrams", help="list the runnable Diagrams, draw them")
     diagrams.add_argument("--render", type=Path, metavar="FOLDER", help="write NAME.svg files")
     diagrams.set_defaults(command=_diagrams)
+
+    ik_command.add_parser(commands)
     return parser
 
 

@@ -7,7 +7,7 @@ from scara_drake.ik.result import (
     IkPath,
     IkResult,
 )
-from scara_drake.ik.solve import METHODS, solve, solve_path
+from scara_drake.ik.solve import METHODS, solve, solve_all, solve_path
 
 __all__ = [
     "METHODS",
@@ -21,5 +21,6 @@ __all__ = [
     "IkResult",
     "Swarm",
     "solve",
+    "solve_all",
     "solve_path",
 ]

@@ -1,9 +1,10 @@
-"""DPSO for the first point of a path, the inverse Jacobian for the points that follow it.
+"""One pose robustly, and a path: its first point, then the inverse Jacobian for those that follow.
 
-Where the paper keeps the position rows (26) alone, and so loses the orientation along the way, all
-rows are used (or the position first, for that task). A point that the inverse Jacobian cannot hold
-is given to DPSO, which looks for the branch nearest to the posture before; the answer is taken only
-if no joint jumps.
+The paper solves the first point by DPSO and then keeps the position rows (26) alone, which loses
+the orientation along the way: that is the variant "paper". The default uses all rows (or the
+position first, for that task). A point that the inverse Jacobian cannot hold is solved anew, on the
+branch nearest to the posture before; and where a path still fails or jumps, the smoothest sequence
+of all branches is taken.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.ik import dpso
+from scara_drake.ik.branch_path import has_jump_kernel, smoothest_path_kernel
 from scara_drake.ik.branches import LOWER, UPPER, best_branch
 from scara_drake.ik.inverse_jacobian import follow_kernel
 from scara_drake.ik.least_squares import cholesky_kernel, substitute_kernel
@@ -29,16 +31,29 @@ from scara_drake.ik.result import (
     PathAnswer,
     Problem,
 )
+from scara_drake.ik.robust import robust_kernel
 from scara_drake.kinematics import tool_kinematics_kernel
 
 Array = NDArray[np.float64]
+
+JUMP = 1.1  # times the steps beside it
 
 
 def solve(problem: Problem, options: DpsoijOptions) -> Answer:
     """Solve one target: a path of one point."""
     if options.variant == "paper":
         return dpso.solve(problem, replace(options, parameters="paper", polish=False))
-    return dpso.solve(problem, options)
+    if problem.position_first or options.asks_for_swarm():
+        return dpso.solve(problem, options)
+    near = problem.start
+    if options.nearest_to is not None:
+        near = np.clip(np.asarray(options.nearest_to, dtype=np.float64), LOWER, UPPER)
+        if problem.first_joint == 1:
+            near[0] = problem.start[0]
+    q = np.empty(6)
+    return Answer(
+        q, *robust_kernel(problem.p, problem.R, problem.first_joint, near, problem.seed, q)
+    )
 
 
 def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
@@ -66,18 +81,24 @@ def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
             options.max_iterations, begin, True, q, evaluations, steps,
         )  # fmt: skip
         if reached < n:
-            rescued = best_branch(
-                replace(problems[reached], start=q[reached - 1].copy()),
-                q[reached - 1],
-                options.starts or 256,
-            )
+            rescued = _rescue(replace(problems[reached], start=q[reached - 1].copy()), options)
             evaluations[reached] += rescued.evaluations
             steps[reached] += rescued.iterations
             change = np.abs(rescued.q - q[reached - 1]).max()
             if change <= options.max_joint_change and _meets(problems[reached], rescued.q):
                 q[reached] = rescued.q
         begin = reached + 1
+    if not problems[0].position_first and _is_broken(problems, q):
+        # Followed point by point it fails or jumps: look at all branches of all points.
+        smooth = np.empty_like(q)
+        if smoothest_path_kernel(p, R, problems[0].first_joint, q[0], smooth):
+            q = smooth
     return PathAnswer(q, evaluations, steps)
+
+
+def _is_broken(problems: Sequence[Problem], q: Array) -> bool:
+    meets = all(_meets(problem, row) for problem, row in zip(problems, q, strict=True))
+    return not meets or bool(has_jump_kernel(q, JUMP))
 
 
 def _follow_literally(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
@@ -125,6 +146,13 @@ def pseudo_inverse_kernel(
             step = J[3, j] * y[0] + J[4, j] * y[1] + J[5, j] * y[2]
             q[j] = min(max(q[j] + step, lower[j]), upper[j])
     return iterations
+
+
+def _rescue(problem: Problem, options: DpsoijOptions) -> Answer:
+    """Solve a point anew, on the branch nearest to the posture before."""
+    if problem.position_first:
+        return best_branch(problem, problem.start, options.starts or 256)
+    return solve(problem, replace(options, nearest_to=None))
 
 
 def _meets(problem: Problem, q: Array) -> bool:

@@ -124,6 +124,17 @@ class MethodOptions:
 
 
 @dataclass
+class ClosedFormOptions(MethodOptions):
+    """Options of "closed_form": none, and no history, for nothing is iterated."""
+
+    def validate(self) -> None:
+        """Check the values; see MethodOptions."""
+        super().validate()
+        if self.history:
+            raise ValueError("history: True, allowed False with closed_form")
+
+
+@dataclass
 class InverseJacobianOptions(MethodOptions):
     """Options of "inverse_jacobian".
 
@@ -216,6 +227,11 @@ class DpsoijOptions(SwarmOptions):
         checks.number("max_step", self.max_step, checks.ABOVE_ZERO)
         checks.number("max_joint_change", self.max_joint_change, checks.ABOVE_ZERO)
 
+    def asks_for_swarm(self) -> bool:
+        """Whether an option is set that only DPSO knows: the closed form is left out then."""
+        own = (self.parameters, self.budget, self.polish, self.starts)
+        return self.history or own != ("tuned", None, None, None)
+
 
 def make_options(kind: type[Options], method: str, values: Mapping[str, object]) -> Options:
     """Build and check the options of a method from keyword arguments.
@@ -224,7 +240,7 @@ def make_options(kind: type[Options], method: str, values: Mapping[str, object])
         ValueError: an unknown name, with those allowed, or a value outside its range.
     """
     if not values:
-        return _defaults(kind)
+        return _defaults(kind)  # type: ignore[arg-type]  # a class is hashable
     allowed = [field.name for field in fields(kind)]
     for name in values:
         if name not in allowed:

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake import checks, kinematics, robot
-from scara_drake.ik import dpso, dpsoij, inverse_jacobian
+from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian
 from scara_drake.ik.options import (
+    ClosedFormOptions,
     DpsoijOptions,
     InverseJacobianOptions,
     MethodOptions,
@@ -45,6 +46,7 @@ class Method(NamedTuple):
 
 # A new method is one file and one line here.
 METHODS: Final[dict[str, Method]] = {
+    "closed_form": Method(ClosedFormOptions, closed_form.solve, closed_form.follow),
     "inverse_jacobian": Method(
         InverseJacobianOptions, inverse_jacobian.solve, inverse_jacobian.follow
     ),
@@ -68,7 +70,7 @@ def solve(
     Args:
         X_WE: desired tool pose, (4, 4) [m], or an object with GetAsMatrix4 (Drake's
             RigidTransform).
-        method: "inverse_jacobian", "pso", "dpso" or "dpsoij" (the names in METHODS).
+        method: "closed_form", "inverse_jacobian", "pso", "dpso" or "dpsoij" (the names in METHODS).
         joints: "full" moves all six, "arm" keeps q_seed[0] as the mast height.
         task: "pose" for position and orientation together; "position" for the position exactly
             and the orientation as near as the remaining joints allow.
@@ -117,8 +119,8 @@ def solve_path(
 ) -> IkPath:
     """Find joint values along a path of n poses, (n, 4, 4) or a sequence; see `solve`.
 
-    "inverse_jacobian" and "dpsoij" solve each point from the one before, and begin near q_seed;
-    the others solve each point alone, point k with seed + k.
+    "closed_form", "inverse_jacobian" and "dpsoij" solve each point from the one before, and begin
+    near q_seed; the others solve each point alone, point k with seed + k.
 
     Raises:
         ValueError: as `solve`; the path is empty; history is asked for.
@@ -156,6 +158,26 @@ def solve_path(
         method=method,
         reason=reason,
     )
+
+
+def solve_all(X_WE: Any, joints: str = "full", q_seed: ArrayLike | None = None) -> Array:
+    """Return every posture (n, 6) inside the joint ranges that holds a pose, by the closed form.
+
+    Exact within 1e-9 m and 1e-9 rad, without duplicates, and with every whole turn of theta2,
+    theta3 and theta6 that the ranges allow; empty where the pose cannot be held. In lexicographic
+    order, or with q_seed the nearest first. Of the two continua of solutions (see
+    `closed_form_mast`), members stand for the rest.
+
+    Args:
+        X_WE: tool pose, (4, 4) [m], or an object with GetAsMatrix4.
+        joints: "full", or "arm" with the mast at q_seed[0]; its five joints hold only poses that
+            meet one condition.
+        q_seed: posture (6,).
+
+    Raises:
+        ValueError: as `solve`.
+    """
+    return closed_form.every_solution(make_problem(X_WE, "X_WE", joints, "pose", q_seed, 0))
 
 
 def _method(name: str) -> Method:
