@@ -234,8 +234,8 @@ def arm_branches_kernel(
 def arm_solutions_kernel(p_WE: Array, R_WE: Array, mast_height: float, q: Array) -> int:
     """Write every solution of the arm, q (4 or more, 6), exact within 1e-9, limits not applied.
 
-    Returns their number: 2 for a pose that the arm can hold, 0 for one that it cannot; 4 where the
-    tool axis is normal to the planes of both sides, as in the SCARA configuration.
+    Returns their number: 2 for a pose that the arm can hold, 0 for one that it cannot; 4 where it
+    can from both sides, as in the SCARA configuration.
     """
     p, R = np.empty(3), np.empty((3, 3))
     n = 0

@@ -17,11 +17,12 @@ Array = NDArray[np.float64]
 # In units of the sum of the amplitudes: the rounding of the polynomial, and how near to zero an
 # extremum counts as a double root (its coefficients are rounded too).
 ROUNDING = 1e-15
-TOUCHING = 1e-9
+TOUCHING = 1e-11
 START_INTERVALS = 16
 FIRST_ANGLE = -3.0  # where they begin; multiples of a right angle stay off their ends
 CONVERGING = 1e-9  # a Newton step after which only rounding remains, [rad]
 SAME = 1e-12  # [rad]
+BLUR = 1e-6  # of a multiple root, [rad]
 MAX_ROOTS = 24
 
 
@@ -110,6 +111,7 @@ def roots_kernel(c: Array, roots: Array, multiple: Array) -> int:
     rounding, touching = ROUNDING * scale, TOUCHING * scale
     stack = np.empty((64, 2))
     n = 0
+    cluster_start = cluster_end = -np.inf
     width = np.pi / START_INTERVALS  # half of an interval
     for start in range(START_INTERVALS):
         stack[0, 0], stack[0, 1] = FIRST_ANGLE + (2 * start + 1) * width, width
@@ -146,10 +148,18 @@ def roots_kernel(c: Array, roots: Array, multiple: Array) -> int:
                             root = _root(c, middle + sign * away, low, high, rising)
                             n = _add(root, False, roots, multiple, n)
             elif spread < rounding:
-                if not (n > 0 and multiple[n - 1] > 0.0 and t - roots[n - 1] < 8.0 * h):
+                # Neighbours make one cluster, entered by its middle.
+                if abs(f) < 2.0 * rounding and n > 0 and t - cluster_end < 8.0 * h:
+                    roots[n - 1] = 0.5 * (cluster_start + t)
+                    cluster_end = t
+                elif abs(f) < 2.0 * rounding:
                     n = _add(t, True, roots, multiple, n)
+                    cluster_start = cluster_end = t
             else:
                 stack[waiting, 0], stack[waiting, 1] = t + 0.5 * h, 0.5 * h
                 stack[waiting + 1, 0], stack[waiting + 1, 1] = t - 0.5 * h, 0.5 * h
                 waiting += 2
+    # The circle closes; roots at the seam are found from both sides.
+    if n > 1 and roots[n - 1] - roots[0] > 2.0 * np.pi - (BLUR if multiple[0] > 0.0 else SAME):
+        n -= 1
     return n

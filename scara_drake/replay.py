@@ -1,0 +1,367 @@
+"""Play a recording where Drake has no wheel, as on Windows: meshcat-python draws, numpy moves.
+
+    python -m scara_drake.replay runs/teleoperation.nc [--speed 2] [--html page.html]
+
+Needs the extra ``replay``. The robot is that of models/scara6.urdf, the walls are those of the
+scenario kept in the recording. The poses of all frames are worked out at once, then shown one after
+the other or written into a page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import math
+import signal
+import sys
+import time
+import webbrowser
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import meshcat
+import meshcat.geometry as shapes
+import numpy as np
+import xarray as xr
+import yaml
+from meshcat.animation import Animation, AnimationClip, AnimationTrack
+from meshcat.transformations import quaternion_from_matrix, rotation_matrix, translation_matrix
+from numpy.typing import NDArray
+
+from scara_drake.resources import resource
+
+Array = NDArray[np.float64]
+Color = tuple[float, ...]  # red, green, blue, opacity
+Walls = list[tuple[list[float], Array]]  # of each block the sizes x, y, z [m] and X_WB (4, 4)
+Poses = dict[str, Array]  # by scene path, (n, 4, 4): one of each frame
+
+WALL, DESIRED = (0.42, 0.58, 0.74, 0.30), (0.95, 0.05, 0.75, 1.0)
+TRAIL, FORCE = (0.05, 0.62, 0.45, 1.0), (0.90, 0.04, 0.04, 1.0)
+TRAIL_PIECES = 200
+METRES_PER_NEWTON, LONGEST_ARROW, SMALLEST_FORCE = 1.0 / 250.0, 0.9, 1.0  # [m/N], [m], [N]
+SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+JOINTS = ["d1", "theta2", "theta3", "theta4", "theta5", "theta6"]
+HIDDEN = 1e-6  # scale of what is not to be seen; a scale of zero would lose the rotation
+
+
+class Visual(NamedTuple):
+    """A shape on a link: box (x, y, z), cylinder (radius, length; along z) or sphere (radius)."""
+
+    link: str
+    name: str
+    shape: str
+    size: list[float]  # [m]
+    X_LV: Array  # (4, 4), in the link's frame
+    color: Color
+
+
+def read_visuals(urdf: ET.Element) -> list[Visual]:
+    """Read the visuals of all links.
+
+    Raises:
+        ValueError: a shape other than those of SIZES, or a visual without a colour.
+    """
+    colors = {m.get("name"): m.find("color") for m in urdf.findall("material")}
+    visuals = []
+    for link in urdf.findall("link"):
+        for index, visual in enumerate(link.findall("visual")):
+            path = link.get("name", ""), visual.get("name", f"visual_{index}")
+            (geometry,) = visual.find("geometry") or [ET.Element("nothing")]
+            shape = geometry.tag.rpartition("}")[2]  # without its XML namespace
+            if shape not in SIZES:
+                raise ValueError(f"{'/'.join(path)}: '{shape}', allowed {', '.join(SIZES)}")
+            size = [number for key in SIZES[shape] for number in _numbers(geometry, key)]
+            material, color = visual.find("material"), visual.find("material/color")
+            if color is None and material is not None:
+                color = colors.get(material.get("name"))
+            if color is None:
+                raise ValueError(f"{'/'.join(path)}: no colour, allowed a material that has one")
+            rgba = tuple(_numbers(color, "rgba"))
+            visuals.append(Visual(*path, shape, size, _origin(visual), rgba))
+    return visuals
+
+
+def _numbers(element: ET.Element | None, key: str, default: str = "") -> list[float]:
+    text = default if element is None else element.get(key, default)
+    return [float(word) for word in text.split()]
+
+
+def _origin(element: ET.Element) -> Array:
+    origin = element.find("origin")
+    X, (x, y, z) = translation_matrix(_numbers(origin, "xyz", "0 0 0")), np.eye(3)
+    roll, pitch, yaw = np.array(_numbers(origin, "rpy", "0 0 0"))
+    X[:3, :3] = _rotation(z, yaw) @ _rotation(y, pitch) @ _rotation(x, roll)
+    return X
+
+
+def _rotation(axis: Array, angle: Array) -> Array:
+    """Rotations (..., 3, 3) about a unit axis (3,) by angles (...) [rad], Rodrigues' formula."""
+    K = np.cross(np.eye(3), axis)
+    s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
+    return np.eye(3) + s * K + (1.0 - c) * (K @ K)
+
+
+def link_poses(urdf: ET.Element, q: Mapping[str, Array]) -> dict[str, Array]:
+    """Pose X_WL (..., 4, 4) of every link, from the positions (...) [m, rad] of each moving joint.
+
+    Raises:
+        ValueError: a joint that is not fixed, prismatic, revolute or continuous.
+    """
+    joints = {next(j.iter("child")).attrib["link"]: j for j in urdf.findall("joint")}
+    root = np.broadcast_to(np.eye(4), (*np.broadcast(*q.values()).shape, 4, 4))
+
+    def pose(link: str) -> Array:
+        if link not in joints:
+            return root
+        joint, X = joints[link], root.copy()
+        name, kind = joint.attrib["name"], joint.get("type")
+        axis = np.array(_numbers(joint.find("axis"), "xyz", "1 0 0"))
+        if kind == "prismatic":
+            X[..., :3, 3] = axis * q[name][..., None]
+        elif kind in ("revolute", "continuous"):
+            X[..., :3, :3] = _rotation(axis, q[name])
+        elif kind != "fixed":
+            raise ValueError(f"{name}: '{kind}', allowed fixed, prismatic, revolute, continuous")
+        return pose(next(joint.iter("parent")).attrib["link"]) @ _origin(joint) @ X
+
+    return {name: pose(name) for name in (link.attrib["name"] for link in urdf.findall("link"))}
+
+
+class _Untagged(yaml.SafeLoader):
+    """Reads a mapping with a tag, such as ``!Joystick``, as a plain one."""
+
+
+_Untagged.add_multi_constructor("!", lambda loader, _, node: loader.construct_mapping(node, True))
+
+
+def read_walls(scenario: str) -> Walls:
+    """Read the walls of a scenario's YAML text."""
+    walls = []
+    for wall in yaml.load(scenario, _Untagged)["environment"]["surfaces"]:
+        # YAML takes 1e-05 for a text; numpy takes it for the number it is.
+        keys = ("point", "normal", "size", "thickness")
+        point, normal, size, thickness = (np.array(wall[key], dtype=np.float64) for key in keys)
+        R_WB = _facing(normal)
+        X_WB = translation_matrix(point - thickness / 2 * R_WB[:, 2])
+        X_WB[:3, :3] = R_WB
+        walls.append(([*size.tolist(), float(thickness)], X_WB))
+    return walls
+
+
+def _facing(direction: Array) -> Array:
+    """Rotation (3, 3) whose z is a direction (3,); y is up, or the world's y if z is upright."""
+    z = direction / np.linalg.norm(direction)
+    x = np.cross([0.0, 1.0, 0.0] if abs(z[2]) > 0.99 else [0.0, 0.0, 1.0], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def load(path: str | Path) -> tuple[xr.Dataset, Walls]:
+    """Read of a recording what is shown: joint positions, desired tool, force; and the walls.
+
+    Raises:
+        ValueError: no such file, or not a recording.
+    """
+    if not Path(path).is_file():
+        raise ValueError(f"recording: '{path}', allowed a file that exists")
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as file:
+            data = file[["q_measured", "p_WE_desired", "f_env_on_tool_W"]].sel(joint=JOINTS).load()
+        if data.time.size == 0 or not np.isfinite(data.q_measured).all():
+            raise ValueError("no positions")
+        return data, read_walls(data.attrs["scenario"])
+    except (OSError, ValueError, LookupError, TypeError, yaml.YAMLError):
+        raise ValueError(f"recording: '{path}', allowed NetCDF written by a run") from None
+
+
+def draw(viewer: meshcat.Visualizer, data: xr.Dataset, walls: Walls, step: float) -> Poses:
+    """Draw the start of a recording; return the poses of what moves, every `step` [s] of it.
+
+    A pose holds a scale, which also hides what is not to be seen.
+    """
+    times = data.time.values
+    moments = np.append(np.arange(times[0], times[-1] - 1e-9, step), times[-1])
+    data = data.isel(time=np.searchsorted(times, moments + 1e-9, side="right") - 1)
+    urdf = ET.parse(resource("models", "scara6.urdf")).getroot()
+    links = link_poses(urdf, dict(zip(JOINTS, data.q_measured.values.T, strict=True)))
+    poses = {f"robot/{link}": X_WL for link, X_WL in links.items()}
+    for part in read_visuals(urdf):
+        node = viewer[f"robot/{part.link}/{part.name}"]
+        _add(node, part.shape, part.size, part.X_LV, part.color)
+    for index, (size, X_WB) in enumerate(walls):
+        _add(viewer[f"walls/{index}"], "box", size, X_WB, WALL)
+
+    desired = data.p_WE_desired.values
+    _add(viewer["desired/ball"], "sphere", [0.035], np.eye(4), DESIRED)
+    poses["desired"] = _poses(np.nan_to_num(desired), np.isfinite(desired).all(axis=1))
+
+    # An arrow of one metre that ends at the tool, scaled as a whole.
+    _add(viewer["force/shaft"], "cylinder", [0.04, 0.75], translation_matrix([0, 0, -0.6]), FORCE)
+    _add(viewer["force/head"], "cone", [0.1, 0.25], translation_matrix([0, 0, -0.125]), FORCE)
+    tool, force = links["tool"][:, :3, 3], np.nan_to_num(data.f_env_on_tool_W.values)
+    newtons = np.linalg.norm(force, axis=1)
+    length = np.minimum(newtons * METRES_PER_NEWTON, LONGEST_ARROW) * (newtons >= SMALLEST_FORCE)
+    R_WF = np.array([_facing(f) if f.any() else np.eye(3) for f in force])
+    poses["force"] = _poses(tool, length, R_WF)
+
+    stride = math.ceil(moments.size / TRAIL_PIECES)
+    for start in range(0, moments.size - 1, stride):
+        end = min(start + stride, moments.size - 1)
+        points = shapes.PointsGeometry((tool[start : end + 1] - tool[start]).T)
+        line = shapes.Line(points, shapes.LineBasicMaterial(color=_hex(TRAIL)))
+        viewer[f"trail/{start}/line"].set_object(line)
+        poses[f"trail/{start}"] = _poses(tool[start], np.arange(moments.size) >= end)
+
+    for path, X in poses.items():
+        viewer[path].set_transform(X[0])
+    _look(viewer, np.vstack([tool, links["link_2"][:, :3, 3], *(X[None, :3, 3] for _, X in walls)]))
+    return poses
+
+
+def _poses(position: Array, scale: NDArray[Any], rotation: Array | None = None) -> Array:
+    X = np.tile(np.eye(4), (scale.size, 1, 1))
+    X[:, :3, :3] = np.eye(3) if rotation is None else rotation
+    X[:, :3, :3] *= np.maximum(scale, HIDDEN)[:, None, None]
+    X[:, :3, 3] = position
+    return X
+
+
+def _add(node: meshcat.Visualizer, shape: str, size: list[float], X: Array, color: Color) -> None:
+    if shape == "box":
+        solid = shapes.Box(size)
+    elif shape == "sphere":
+        solid = shapes.Sphere(*size)
+    else:
+        radius, length = size
+        top = 0.0 if shape == "cone" else radius
+        solid = shapes.Cylinder(length, radiusTop=top, radiusBottom=radius)
+        X = X @ rotation_matrix(np.pi / 2, [1, 0, 0])  # meshcat's cylinders lie along y
+    node.set_object(solid, shapes.MeshPhongMaterial(color=_hex(color), opacity=color[3]))
+    node.set_transform(X)
+
+
+def _hex(color: Color) -> int:
+    return int.from_bytes(bytes(round(255 * part) for part in color[:3]))
+
+
+def _look(viewer: meshcat.Visualizer, points: Array) -> None:
+    """Put the middle of some points where the camera looks, the origin, and the camera near it."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = np.linalg.norm(points - middle, axis=1).max()
+    x, y, z = np.array([0.79, 0.47, 0.40]) * min(2.0 + 2.5 * radius, 5.0)  # before the gantry
+    viewer.set_transform(translation_matrix(-middle))
+    viewer["/Grid"].set_transform(translation_matrix(-middle))
+    viewer["/Cameras/default/rotated/<object>"].set_property("position", [x, z, -y])  # y is up here
+    viewer["/Cameras/default/rotated/<object>"].set_property("zoom", 2.2)
+    viewer["/Background"].set_property("top_color", [0.78, 0.86, 0.94])
+    viewer["/Background"].set_property("bottom_color", [0.99, 0.99, 0.99])
+    viewer["/Axes"].set_property("visible", False)
+
+
+def _animation(viewer: meshcat.Visualizer, poses: Poses, fps: float) -> Animation:
+    """Tracks of position, rotation and scale, with keys only where something changes."""
+    animation = Animation()
+    for path, X in poses.items():
+        clip, scale = AnimationClip(fps=fps), np.linalg.norm(X[:, :3, :3], axis=1)
+        rotation = (X[:, :3, :3] / scale[:, None]).reshape(-1, 9)
+        for name, values in (("position", X[:, :3, 3]), ("scale", scale), ("quaternion", rotation)):
+            changes = (values[1:] != values[:-1]).any(axis=1)
+            keys = np.flatnonzero(np.append(changes, False) | np.insert(changes, 0, False))
+            kind, values = "vector3", values[keys]
+            if name == "quaternion":  # x, y, z, w
+                kind, matrices = name, values.reshape(-1, 3, 3)
+                values = np.array([np.roll(quaternion_from_matrix(R), -1) for R in matrices])
+            if keys.size:
+                clip.tracks[name] = AnimationTrack(name, kind, keys.tolist(), values.tolist())
+        if clip.tracks:
+            animation.clips[viewer[path].path] = clip
+    return animation
+
+
+@contextmanager
+def _scene(path: str | Path, speed: float, fps: float) -> Iterator[tuple[Any, Poses]]:
+    """Draw a recording in a Meshcat whose server process ends with the context."""
+    for name, value in (("speed", speed), ("fps", fps)):
+        if not 0.0 < value < math.inf:
+            raise ValueError(f"{name}: {value}, allowed more than 0")
+    data, walls = load(path)
+    # In a thread that is waited for: an interrupt cannot lose the process while it starts.
+    with ThreadPoolExecutor(1) as pool, redirect_stdout(io.StringIO()):
+        viewer = pool.submit(meshcat.Visualizer).result()
+    try:
+        yield viewer, draw(viewer, data, walls, speed / fps)
+    finally:
+        viewer.window.zmq_socket.close(linger=0)
+        viewer.window.server_proc.kill()
+        viewer.window.server_proc.communicate()
+
+
+def replay(
+    path: str | Path, speed: float = 1.0, fps: float = 30, open_browser: bool = False
+) -> None:
+    """Play a recording once, `speed` times as fast as it was; print the address of the scene.
+
+    At most `fps` pictures each second. With `open_browser` it starts when the browser is there.
+
+    Raises:
+        ValueError: no such recording, or a number that is not above 0.
+    """
+    with _scene(path, speed, fps) as (viewer, poses):
+        sys.stdout.write(f"Scene: {viewer.url()}\n")
+        sys.stdout.flush()
+        if open_browser and webbrowser.open(viewer.url()):
+            viewer.wait()
+        shown, last, start = 0, len(poses["force"]) - 1, time.monotonic()
+        while shown < last:
+            time.sleep(max(0.0, start + (shown + 1) / fps - time.monotonic()))
+            frame = min(max(shown + 1, int((time.monotonic() - start) * fps)), last)
+            for name, X in poses.items():
+                if not np.array_equal(X[frame], X[shown]):
+                    viewer[name].set_transform(X[frame])
+            shown = frame
+
+
+def animation_page(path: str | Path, html: str | Path, speed: float = 1.0, fps: float = 30) -> None:
+    """Write a page that plays a recording in any browser, without network and without Python.
+
+    Raises:
+        ValueError: as `replay`, or `html` does not end in .html.
+        OSError: the page cannot be written.
+    """
+    if Path(html).suffix != ".html":
+        raise ValueError(f"html: '{html}', allowed a file that ends in .html")
+    with _scene(path, speed, fps) as (viewer, poses):
+        viewer.set_animation(_animation(viewer, poses, fps))
+        Path(html).write_text(viewer.static_html(), encoding="utf-8")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit status: 0, or 2 for bad input."""
+    parser = argparse.ArgumentParser(
+        prog="python -m scara_drake.replay", description=(__doc__ or "").partition("\n")[0]
+    )
+    parser.add_argument("recording", type=Path, metavar="FILE.nc")
+    parser.add_argument("--speed", type=float, default=1.0, help="2 plays twice as fast")
+    parser.add_argument("--html", type=Path, metavar="FILE.html", help="write a page instead")
+    parser.add_argument("--open", action="store_true", help="open a browser and wait for it")
+    options = parser.parse_args(arguments)
+    try:
+        if options.html:
+            animation_page(options.recording, options.html, options.speed)
+        else:
+            replay(options.recording, options.speed, open_browser=options.open)
+    except (ValueError, OSError) as error:
+        sys.stderr.write(f"replay: {error}\n")
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the server is ended too
+    sys.exit(main())

@@ -1,0 +1,387 @@
+"""The experiments on the paper's inverse kinematics: their data, and how they judge it."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from scara_drake import experiments, kinematics, robot
+from scara_drake.experiments import (
+    EXPERIMENTS,
+    IN_KIND,
+    NOT_COMPARABLE,
+    NOT_REPRODUCED,
+    REPRODUCED,
+    VERDICTS,
+    Claim,
+    figure_22,
+    figures_8_9,
+    figures_10_11,
+    figures_12_15,
+    orientation_drift,
+    paths,
+    postures,
+    table_5,
+    table_6,
+    table_8,
+    table_9,
+)
+from scara_drake.experiments.result import judge, span
+
+TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
+SMALL = {
+    "table_6": {"starts": 6},
+    "table_8": {"draws": 6},
+    "figures_8_9": {"draws": 12},
+    "table_9": {"paths": 3},
+    "figures_10_11": {"paths": 3},
+    "figures_12_15": {"paths": 4},
+    "orientation_drift": {"paths": 6},
+    "figure_22": {"duration": 1.8},
+}
+
+
+@lru_cache
+def small(name):
+    return EXPERIMENTS[name](seed=0, **SMALL.get(name, {}))
+
+
+def verdicts(claims):
+    return [claim.verdict for claim in claims]
+
+
+each = pytest.mark.parametrize("name", EXPERIMENTS)
+
+
+@each
+def test_data_are_labelled_and_claims_complete(name):
+    experiment = small(name)
+    assert experiment.name
+    assert experiment.claims
+    for variable in experiment.data.data_vars.values():
+        assert {"units", "long_name"} <= variable.attrs.keys()
+        assert all(isinstance(dim, str) for dim in variable.dims)
+    assert experiment.data.attrs["seed"] == 0
+    for claim in experiment.claims:
+        assert claim.verdict in VERDICTS
+        assert all([claim.statement, claim.paper, claim.ours, claim.reason])
+        assert "nan" not in claim.ours
+
+
+@each
+def test_a_seed_gives_the_same_bits(name):
+    first = small(name)
+    again = EXPERIMENTS[name](seed=0, **SMALL.get(name, {}))
+    timed = [n for n, v in first.data.data_vars.items() if "measured" in v.attrs]
+    assert first.data.drop_vars(timed).identical(again.data.drop_vars(timed))
+    fixed = [c for c in first.claims if c.verdict != NOT_COMPARABLE]
+    assert fixed == [c for c in again.claims if c.verdict != NOT_COMPARABLE]
+
+
+@each
+def test_times_decide_nothing(name):
+    experiment = small(name)
+    module = next(
+        m for m in vars(experiments).values() if getattr(m, "run", 0) is EXPERIMENTS[name]
+    )
+    changed = experiment.data.copy(deep=True)
+    for variable in changed.data_vars.values():
+        if "measured" in variable.attrs:
+            variable[:] = 1e3
+    assert verdicts(module.claims(changed)) == verdicts(experiment.claims)
+
+
+def test_another_seed_gives_other_draws():
+    other = EXPERIMENTS["table_8"](seed=50, draws=6)
+    solver = "DPSO, tuned"
+    assert not np.array_equal(
+        other.data.evaluations.sel(solver=solver),
+        small("table_8").data.evaluations.sel(solver=solver),
+    )
+
+
+def test_verdicts():
+    assert judge(True) == judge(True, True) == REPRODUCED
+    assert judge(False, True) == IN_KIND
+    assert judge(False) == NOT_REPRODUCED
+    assert span([2.0, 0.5], 1) == "0.5 to 2.0"
+    assert span([2e-3], 0, 1e3) == "2"
+    with pytest.raises(ValueError, match=r"verdict: .*maybe.*, allowed"):
+        Claim("a", "b", "c", "maybe", "d")
+
+
+# --- postures, Tables 5 and 6
+
+
+def test_targets_are_those_of_table_5():
+    X = postures.targets()
+    # |P_d| of posture 4 is sqrt(1620² + 1620² + 500²) = 2345 mm.
+    base = [0.0, 0.0, postures.REFERENCE_HEIGHT]
+    np.testing.assert_allclose(np.linalg.norm(X[3, :3, 3] - base), np.sqrt(2 * 1.62**2 + 0.25))
+    np.testing.assert_allclose(
+        kinematics.intrinsic_xyz_from_rotation(X[1, :3, :3]), [-1.43, 0.87, -3.03], atol=1e-12
+    )
+
+
+def test_angle_difference_ignores_whole_turns():
+    X = np.tile(np.eye(4), (2, 1, 1))
+    X[:, :3, :3] = kinematics.rotation_from_intrinsic_xyz([[3.1, 0, 0.2], [-3.1, 0, -0.1]])
+    np.testing.assert_allclose(
+        postures.angle_difference(X[0], X[1]), np.hypot(2 * np.pi - 6.2, 0.3), atol=1e-12
+    )
+
+
+def test_which_postures_can_be_reached():
+    data = small("table_5").data
+    inside = (data.position_error <= TOLERANCE[0]) & (data.rotation_error <= TOLERANCE[1])
+    assert inside.sel(joints="full").all()
+    assert inside.sel(joints="arm").values.tolist() == [False, False, True, False]
+    # From the end of the horizontal beam, 750 mm out, to P_d with 820 + 730 mm left.
+    far = np.hypot(np.hypot(1.62, 1.62) - 0.75, 0.5) - 1.55
+    np.testing.assert_allclose(data.out_of_reach, [0, 0, 0, far], atol=1e-12)
+    assert data.reason.sel(joints="arm").values.tolist() == [
+        "joint limits",
+        "orientation not attainable",
+        "converged",
+        "out of reach",
+    ]
+    first = data.sel(posture=1)
+    assert first.free_rotation_error < 0.003 < 0.25 < first.rotation_error.sel(joints="arm")
+    assert first.free_excess > 0.5
+    assert verdicts(small("table_5").claims) == [REPRODUCED, NOT_REPRODUCED]
+    assert "2345 mm" in small("table_5").claims[1].reason
+
+
+def test_table_5_judges_what_it_is_given():
+    data = small("table_5").data.copy(deep=True)
+    data.rotation_error.loc[{"joints": "full", "posture": 2}] = 0.02
+    data.position_error.loc[{"joints": "arm"}] = 0.0
+    data.rotation_error.loc[{"joints": "arm"}] = 0.0
+    assert verdicts(table_5.claims(data)) == [IN_KIND, REPRODUCED]
+
+
+def test_the_position_rows_reach_the_position_and_leave_the_orientation():
+    data = small("table_6").data.sel(rows="position", joints="full")
+    reached = data.position_error < 1e-3
+    assert reached.mean("start").min() >= 0.25
+    error = data.rotation_error.where(reached).median("start")
+    assert ((error > 0.5) & (error < 3.15)).all()
+    assert not ((data.rotation_error <= TOLERANCE[1]) & reached).any()
+
+
+def test_table_6_judges_what_it_is_given():
+    data = small("table_6").data.copy(deep=True)
+    data.position_error[:] = 0.9e-3
+    data.rotation_error[:] = 1.5
+    data.iterations[:] = 3000
+    assert verdicts(table_6.claims(data)) == [REPRODUCED] * 5 + [NOT_COMPARABLE]
+    data.position_error.loc[{"posture": 2}] = 0.1
+    data.rotation_error[:] = 0.01
+    assert verdicts(table_6.claims(data))[:3] == [IN_KIND, IN_KIND, NOT_REPRODUCED]
+    data.position_error[:] = 0.0
+    assert verdicts(table_6.claims(data))[3] == NOT_REPRODUCED
+
+
+# --- the swarms, Table 8, Figures 8 and 9
+
+
+def test_swarms_end_inside_the_tolerances():
+    data = small("table_8").data
+    good = table_8.success(data)
+    for solver in ("PSO, tuned", "DPSO, tuned", "DPSO, polished"):
+        assert good.sel(solver=solver).all()
+    work = data.evaluations.median("draw").sum("posture")
+    assert 20 * work.sel(solver="DPSO, polished") < work.sel(solver="DPSO, tuned")
+
+
+def table_8_data(position=1e-4, rotation=1e-4, pso=66, dpso=52):
+    data = small("table_8").data.copy(deep=True)
+    data.position_error[:], data.rotation_error[:] = position, rotation
+    for solver in data.solver.values:
+        data.iterations.loc[{"solver": solver}] = pso if solver.startswith("PSO") else dpso
+    # PSO-2 by itself: never at postures 1 and 2.
+    lonely = {"solver": "DPSO, paper, PSO-1 and PSO-2 only", "posture": [1, 2]}
+    data.position_error.loc[lonely] = 1.0
+    return data
+
+
+def test_table_8_judges_what_it_is_given():
+    assert verdicts(table_8.claims(table_8_data())) == [REPRODUCED] * 7 + [NOT_COMPARABLE]
+    slow = verdicts(table_8.claims(table_8_data(position=2e-3, pso=200, dpso=100)))
+    assert slow[2:6] == [NOT_REPRODUCED, NOT_REPRODUCED, IN_KIND, IN_KIND]
+    assert verdicts(table_8.claims(table_8_data(pso=50, dpso=52)))[4:6] == [NOT_REPRODUCED] * 2
+    data = table_8_data()
+    data.position_error.loc[{"solver": "DPSO, paper", "posture": 4}] = 1.0
+    assert verdicts(table_8.claims(data))[0] == NOT_REPRODUCED
+    data.position_error.loc[{"solver": "DPSO, paper, PSO-1 and PSO-2 only"}] = 1e-4
+    assert verdicts(table_8.claims(data))[6] == NOT_REPRODUCED
+
+
+def test_the_history_of_a_swarm_ends_inside_the_tolerances():
+    data = small("figures_8_9").data
+    count = data.position_error.notnull().sum("iteration")
+    last = data.isel(iteration=count - 1)
+    assert (last.position_error <= TOLERANCE[0]).all()
+    assert (last.rotation_error <= TOLERANCE[1]).all()
+    # The objective of the single swarm, |p_d - p| + angle, never grows.
+    single = data.sel(solver="PSO")
+    cost = (single.position_error + single.rotation_error).diff("iteration")
+    assert (cost.fillna(0.0) <= 1e-12).sum() >= cost.notnull().sum() - 4  # the last may trade
+
+
+def test_figures_8_9_judge_what_they_are_given():
+    data = small("figures_8_9").data.isel(iteration=slice(0, 60)).copy(deep=True)
+    data.position_error[:] = 0.0
+    data["undamped_success"] = 0.0
+    data["damped_success"] = 0.5
+    assert verdicts(figures_8_9.claims(data)) == [REPRODUCED] * 3
+    data.position_error[..., 30:] = np.nan
+    data["undamped_success"] = 0.5
+    assert verdicts(figures_8_9.claims(data)) == [IN_KIND, IN_KIND, NOT_REPRODUCED]
+
+
+# --- trajectories, Table 9, Figures 10 to 15, drift
+
+
+def test_joint_paths_lie_in_the_ranges_and_turn_slowly():
+    q = paths.joint_paths(3, 5)
+    assert q.shape == (5, 50, 6)
+    assert np.all((q >= robot.LOWER) & (q <= robot.UPPER))
+    assert np.all(q[..., 0] == postures.REFERENCE_HEIGHT)
+    assert np.abs(np.diff(q, axis=1)).max() < 0.2
+
+
+def test_laws_of_the_paths():
+    data = small("figures_10_11").data
+    position = data.position_error.max(["path", "point"])
+    for solver in figures_10_11.COMPARED:
+        assert position.sel(solver=solver) <= TOLERANCE[0]
+    rotation = data.rotation_error.max(["path", "point"])
+    assert rotation.sel(solver="DPSO") <= TOLERANCE[1]
+    assert rotation.sel(solver="literal DPSOIJ") > 0.1
+    assert (data.rotation_error.sel(solver="literal DPSOIJ").isel(point=0) <= TOLERANCE[1]).all()
+    # The answers are confirmed from the joints.
+    X = kinematics.forward_kinematics(data.q_path)
+    e_p, e_w = kinematics.pose_error(X, kinematics.forward_kinematics(data.q))
+    np.testing.assert_allclose(data.position_error, e_p, atol=1e-12)
+    np.testing.assert_allclose(data.rotation_error, e_w, atol=1e-9)
+
+
+def test_dpso_jumps_and_dpsoij_does_not():
+    data = small("figures_12_15").data
+    largest = paths.steps(data.q, figures_12_15.JOINTS)
+    assert largest.sel(solver="DPSO").max() > 0.5
+    for solver in ("literal DPSOIJ", "default DPSOIJ"):
+        assert (largest.sel(solver=solver) < 0.3).all()
+    good = (data.position_error <= TOLERANCE[0]) & (data.rotation_error <= TOLERANCE[1])
+    assert good.sel(solver="default DPSOIJ").all()
+
+
+def test_the_literal_method_drifts_and_never_turns_joint_6():
+    data = small("orientation_drift").data
+    grown = orientation_drift.drift(data.rotation_error)
+    assert (grown.sel(solver="literal DPSOIJ") > 0.1).all()
+    assert (grown.sel(solver="default DPSOIJ") < 1e-6).all()
+    theta6 = data.q.sel(solver="literal DPSOIJ", joint="theta6")
+    assert (theta6 == theta6.isel(point=0)).all()
+    assert verdicts(small("orientation_drift").claims) == [NOT_REPRODUCED, REPRODUCED]
+
+
+def test_steps_with_and_without_turns():
+    q = xr.DataArray([[0.1, 3.0], [0.3, -3.0]], dims=("point", "joint"))
+    q = q.assign_coords(joint=["theta3", "theta4"])
+    assert paths.steps(q, ["theta3"]) == pytest.approx(0.2)
+    assert paths.steps(q, ["theta3", "theta4"]) == pytest.approx(6.0)
+    assert paths.steps(q, ["theta3", "theta4"], turns=False) == pytest.approx(2 * np.pi - 6.0)
+
+
+def test_figures_10_11_judge_what_they_are_given():
+    data = small("figures_10_11").data.copy(deep=True)
+    data.position_error[:] = 1e-3
+    data.rotation_error[:] = 0.0
+    data.rotation_error.loc[{"solver": "IJ"}] = 0.048
+    data.rotation_error.loc[{"solver": "IJ, all rows", "path": 0}] = 0.048
+    assert verdicts(figures_10_11.claims(data)) == [REPRODUCED] * 7
+    data.position_error.loc[{"solver": "DPSO", "point": 7}] = 8e-3
+    data.rotation_error.loc[{"solver": "IJ", "point": 7}] = 0.06
+    data.rotation_error.loc[{"solver": "DPSO", "point": 7}] = 0.02
+    data.rotation_error.loc[{"solver": "literal DPSOIJ", "point": slice(7, 50)}] = 0.02
+    assert verdicts(figures_10_11.claims(data)) == [
+        IN_KIND, REPRODUCED, IN_KIND, REPRODUCED, IN_KIND, NOT_REPRODUCED, REPRODUCED,
+    ]  # fmt: skip
+    data.rotation_error.loc[{"solver": "IJ"}] = 0.0
+    assert verdicts(figures_10_11.claims(data))[1] == NOT_REPRODUCED
+
+
+def test_figures_12_15_judge_what_they_are_given():
+    data = small("figures_12_15").data.copy(deep=True)
+    data.q[:] = data.q_path
+    assert verdicts(figures_12_15.claims(data)) == [NOT_REPRODUCED, REPRODUCED, REPRODUCED]
+    for solver, jump in (("DPSO", 2.9), ("literal DPSOIJ", 0.4), ("default DPSOIJ", 0.9)):
+        data.q.loc[{"solver": solver, "path": 0, "joint": "theta3", "point": slice(20, None)}] += (
+            jump
+        )
+    assert verdicts(figures_12_15.claims(data)) == [REPRODUCED, IN_KIND, NOT_REPRODUCED]
+
+
+def test_table_9_judges_what_it_is_given():
+    data = small("table_9").data.copy(deep=True)
+    for solver, count in (("IJ", 3000), ("literal DPSOIJ", 3300), ("DPSO", 4400)):
+        data.evaluations.loc[{"solver": solver}] = count
+    assert verdicts(table_9.claims(data)) == [REPRODUCED] * 3 + [NOT_COMPARABLE]
+    data.evaluations.loc[{"solver": "literal DPSOIJ"}] = 100
+    data.evaluations.loc[{"solver": "DPSO"}] = 9000
+    assert verdicts(table_9.claims(data))[:3] == [IN_KIND, NOT_REPRODUCED, IN_KIND]
+
+
+def test_drift_judges_what_it_is_given():
+    data = small("orientation_drift").data.copy(deep=True)
+    data.rotation_error[:] = 0.5  # of the first point too
+    assert verdicts(orientation_drift.claims(data)) == [REPRODUCED, REPRODUCED]
+    lost = {"path": 0, "point": slice(10, None)}
+    data.rotation_error.loc[lost] = 0.8
+    assert verdicts(orientation_drift.claims(data)) == [IN_KIND, IN_KIND]
+    data.q.loc[{"joint": "theta4", **lost}] = robot.UPPER[3]
+    assert "1 lose the orientation (1 where" in orientation_drift.claims(data)[1].reason
+
+
+# --- the joystick's motion, Figure 22
+
+
+def test_the_live_motion():
+    data = small("figure_22").data
+    step = abs(data.q_desired.sel(joint="theta2").diff("time"))
+    assert step.sel(solver="DPSO").max() > 0.5
+    assert step.sel(solver="DPSOIJ").max() <= robot.MAX_SPEED[1] * 1e-3
+    assert verdicts(small("figure_22").claims) == [REPRODUCED] * 3
+
+
+def test_figure_22_judges_what_it_is_given():
+    data = small("figure_22").data.copy(deep=True)
+    data.q_desired[:] = 0.0
+    data.tool_error[:] = 0.0
+    assert verdicts(figure_22.claims(data)) == [NOT_REPRODUCED, REPRODUCED, NOT_REPRODUCED]
+    data.q_desired.loc[{"time": slice(1.2, None)}] = 0.4
+    data.tool_error.loc[{"solver": "DPSO"}] = 0.05
+    assert verdicts(figure_22.claims(data)) == [IN_KIND, IN_KIND, IN_KIND]
+
+
+@pytest.mark.slow
+def test_many_paths():
+    data = orientation_drift.run(seed=7, paths=200).data
+    grown = orientation_drift.drift(data.rotation_error)
+    assert grown.sel(solver="literal DPSOIJ").median() > 0.2
+    kept = (grown.sel(solver="default DPSOIJ") <= TOLERANCE[1]).mean()
+    assert kept >= 0.85
+    joints = [name for name in robot.JOINT_NAMES if name != "d1"]
+    assert (paths.steps(data.q.sel(solver="default DPSOIJ"), joints) <= 0.7 + 1e-9).all()
+
+
+@pytest.mark.slow
+def test_many_draws():
+    data = table_8.run(seed=100, draws=200).data
+    share = table_8.success(data).mean(["posture", "draw"])
+    assert share.sel(solver="DPSO, polished") == 1.0
+    assert share.sel(solver=["PSO, tuned", "DPSO, tuned"]).min() > 0.98
+    assert 0.1 < share.sel(solver="DPSO, paper") < 0.8
