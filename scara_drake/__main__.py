@@ -80,7 +80,19 @@ def _parser() -> argparse.ArgumentParser:
     diagrams.set_defaults(command=_diagrams)
 
     ik_command.add_parser(commands)
+    replay = commands.add_parser("replay", help="play a recording again", add_help=False)
+    replay.add_argument("arguments", nargs=argparse.REMAINDER)
+    replay.set_defaults(command=_replay)
     return parser
+
+
+def _replay(options: argparse.Namespace, console: Console) -> None:
+    try:
+        from scara_drake.replay import main as replay  # its extra may not be installed
+    except ModuleNotFoundError as error:
+        raise ValueError(f"replay: {error}, allowed with the extra 'replay' installed") from None
+    if status := replay(options.arguments):
+        raise SystemExit(status)
 
 
 def _overrides(settings: list[str]) -> dict[str, Any]:

@@ -160,3 +160,10 @@ def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
 def test_a_traceback_is_shown_on_request():
     with pytest.raises(ValueError, match="allowed free_motion"):
         main(["--traceback", "run", "nope"])
+
+
+def test_replay_refuses_what_is_no_recording(capsys, tmp_path):
+    with pytest.raises(SystemExit) as ended:
+        main(["replay", str(tmp_path / "none.nc")])
+    assert ended.value.code == 2
+    assert "allowed a file that exists" in capsys.readouterr().err

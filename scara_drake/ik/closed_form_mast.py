@@ -23,7 +23,7 @@ from scara_drake.ik.closed_form_arm import (
     tool_angles_kernel,
     wrap_kernel,
 )
-from scara_drake.ik.trigonometric import MAX_ROOTS, TOUCHING, evaluate_kernel, roots_kernel
+from scara_drake.ik.trigonometric import MAX_ROOTS, evaluate_kernel, roots_kernel
 from scara_drake.kinematics import A4, D3, D6
 
 Array = NDArray[np.float64]
@@ -34,8 +34,10 @@ LOST_DIRECTION = 1e-5
 LOST_FOREARM = 1e-6
 # A forearm nearer to the plane of mast and beam [m] leaves the sign of cos θ4 open.
 OPEN_SIGN = 1e-5
-# Four roots that coincide are blurred this far, [rad].
+# A multiple root is blurred this far [rad], and the polynomial there is zero within this share of
+# its amplitudes.
 BLUR = 1e-3
+SNAP = 1e-9
 
 
 @njit(cache=True)
@@ -142,7 +144,7 @@ def mast_branches_kernel(p_WE: Array, R_WE: Array, q: Array) -> int:
                 v = u if i < 2 else w
                 exact = np.arctan2(-v[0], v[1]) + (i % 2) * np.pi
                 f, _, _ = evaluate_kernel(c, exact)
-                if abs(wrap_kernel(exact - roots[k])) < BLUR and abs(f) < TOUCHING * scale:
+                if abs(wrap_kernel(exact - roots[k])) < BLUR and abs(f) < SNAP * scale:
                     n = _postures_at(exact, u, w, p_WE, R_WE, p, R, q, n)
         if n == before:
             n = _postures_at(roots[k], u, w, p_WE, R_WE, p, R, q, n)

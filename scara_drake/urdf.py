@@ -1,0 +1,100 @@
+"""The part of a URDF that a picture needs: primitive visuals, and where the links are. No Drake."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Color = tuple[float, ...]  # red, green, blue, opacity
+
+# The attributes that give the size of each shape.
+SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+
+
+class Visual(NamedTuple):
+    """A shape on a link: box (x, y, z), cylinder (radius, length; along z) or sphere (radius)."""
+
+    link: str
+    name: str
+    shape: str
+    size: list[float]  # [m]
+    X_LV: Array  # (4, 4), in the link's frame
+    color: Color
+
+
+def read_visuals(urdf: ET.Element) -> list[Visual]:
+    """Read the visuals of all links.
+
+    Raises:
+        ValueError: a shape other than those of SIZES, or a visual without a colour.
+    """
+    colors = {m.get("name"): m.find("color") for m in urdf.findall("material")}
+    visuals = []
+    for link in urdf.findall("link"):
+        for index, visual in enumerate(link.findall("visual")):
+            path = link.get("name", ""), visual.get("name", f"visual_{index}")
+            (geometry,) = visual.find("geometry") or [ET.Element("nothing")]
+            shape = geometry.tag.rpartition("}")[2]  # without its XML namespace
+            if shape not in SIZES:
+                raise ValueError(f"{'/'.join(path)}: '{shape}', allowed {', '.join(SIZES)}")
+            size = [number for key in SIZES[shape] for number in _numbers(geometry, key)]
+            material, color = visual.find("material"), visual.find("material/color")
+            if color is None and material is not None:
+                color = colors.get(material.get("name"))
+            if color is None:
+                raise ValueError(f"{'/'.join(path)}: no colour, allowed a material that has one")
+            rgba = tuple(_numbers(color, "rgba"))
+            visuals.append(Visual(*path, shape, size, _origin(visual), rgba))
+    return visuals
+
+
+def _numbers(element: ET.Element | None, key: str, default: str = "") -> list[float]:
+    text = default if element is None else element.get(key, default)
+    return [float(word) for word in text.split()]
+
+
+def _origin(element: ET.Element) -> Array:
+    origin = element.find("origin")
+    X, (x, y, z) = np.eye(4), np.eye(3)
+    X[:3, 3] = _numbers(origin, "xyz", "0 0 0")
+    roll, pitch, yaw = np.array(_numbers(origin, "rpy", "0 0 0"))
+    X[:3, :3] = _rotation(z, yaw) @ _rotation(y, pitch) @ _rotation(x, roll)
+    return X
+
+
+def _rotation(axis: Array, angle: Array) -> Array:
+    """Rotations (..., 3, 3) about a unit axis (3,) by angles (...) [rad], Rodrigues' formula."""
+    K = np.cross(np.eye(3), axis)
+    s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
+    return np.eye(3) + s * K + (1.0 - c) * (K @ K)
+
+
+def link_poses(urdf: ET.Element, q: Mapping[str, Array]) -> dict[str, Array]:
+    """Pose X_WL (..., 4, 4) of every link, from the positions (...) [m, rad] of each moving joint.
+
+    Raises:
+        ValueError: a joint that is not fixed, prismatic, revolute or continuous.
+    """
+    joints = {next(j.iter("child")).attrib["link"]: j for j in urdf.findall("joint")}
+    root = np.broadcast_to(np.eye(4), (*np.broadcast(*q.values()).shape, 4, 4))
+
+    def pose(link: str) -> Array:
+        if link not in joints:
+            return root
+        joint, X = joints[link], root.copy()
+        name, kind = joint.attrib["name"], joint.get("type")
+        axis = np.array(_numbers(joint.find("axis"), "xyz", "1 0 0"))
+        if kind == "prismatic":
+            X[..., :3, 3] = axis * q[name][..., None]
+        elif kind in ("revolute", "continuous"):
+            X[..., :3, :3] = _rotation(axis, q[name])
+        elif kind != "fixed":
+            raise ValueError(f"{name}: '{kind}', allowed fixed, prismatic, revolute, continuous")
+        return pose(next(joint.iter("parent")).attrib["link"]) @ _origin(joint) @ X
+
+    return {name: pose(name) for name in (link.attrib["name"] for link in urdf.findall("link"))}
