@@ -32,10 +32,13 @@ def test_the_smoothest_path_is_at_least_as_smooth_as_the_generating_one(arm):
             X = kinematics.forward_kinematics(path)
             p, R = X[:, :3, 3].copy(), X[:, :3, :3].copy()
             q = np.empty((50, 6))
-            assert smoothest_path_kernel(p, R, int(arm), path[0], q)
+            largest = smoothest_path_kernel(p, R, int(arm), path[0], True, q)
+            assert largest == pytest.approx(largest_step(q), abs=1e-12)
             assert np.abs(kinematics.forward_kinematics(q)[1:] - X[1:]).max() < 1e-8
             assert largest_step(q) <= largest_step(path) + 1e-6
             assert ((q >= LOWER) & (q <= UPPER)).all()
+            free = np.empty((50, 6))
+            assert smoothest_path_kernel(p, R, int(arm), path[0], False, free) <= largest + 1e-9
 
 
 @pytest.mark.parametrize("scale", [1, 2, 4])
@@ -53,12 +56,25 @@ def test_every_point_of_every_path_within_tolerance_and_no_jump(joints, scale):
         assert largest_step(answer.q) <= 1.5 * largest_step(path)
 
 
+@pytest.mark.parametrize("joints", ["arm", "full"])
+def test_without_a_seed_the_path_does_not_begin_where_it_cannot_go_on(joints):
+    rng = np.random.default_rng(77)
+    for _ in range(25):
+        path = generating_path(rng, 1, joints == "arm")
+        X = kinematics.forward_kinematics(path)
+        seed = robot.HOME.copy()
+        seed[0] = path[0, 0]
+        answer = ik.solve_path(X, joints=joints, q_seed=seed if joints == "arm" else None)
+        assert answer.success.all()
+        assert largest_step(answer.q) <= 0.7
+
+
 def test_a_point_without_a_solution_leaves_the_path_as_it_was():
     X = kinematics.forward_kinematics(np.tile(robot.HOME, (3, 1)))
     X[1, :3, 3] += 9.0
     q = np.full((3, 6), 7.0)
     p, R = X[:, :3, 3].copy(), X[:, :3, :3].copy()
-    assert not smoothest_path_kernel(p, R, 1, np.array(robot.HOME), q)
+    assert smoothest_path_kernel(p, R, 1, np.array(robot.HOME), True, q) == np.inf
     np.testing.assert_array_equal(q, 7.0)
 
 

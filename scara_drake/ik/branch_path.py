@@ -50,34 +50,42 @@ def largest_step_kernel(a: Array, b: Array) -> float:
 
 
 @njit(cache=True)
-def smoothest_path_kernel(p: Array, R: Array, first_joint: int, start: Array, q: Array) -> bool:
+def smoothest_path_kernel(
+    p: Array, R: Array, first_joint: int, start: Array, fixed: bool, q: Array
+) -> float:
     """Write the path q (n, 6) of exact solutions whose largest joint step is the smallest.
 
     Args:
         p: targets (n, 3) [m].
         R: targets (n, 3, 3).
         first_joint: 0 moves the mast, 1 keeps the height of start.
-        start: posture (6,) for the first point, which is kept.
+        start: posture (6,) of the first point.
+        fixed: whether the first point keeps it, or may be on any branch.
         q: result (n, 6).
 
     Returns:
-        Whether every point has an exact solution; q is left as it was where one has none.
+        The largest step [m, rad]; infinite, with q left as it was, where a point has no exact
+        solution.
     """
     n = p.shape[0]
     solutions, listed = np.empty((CANDIDATES, 6)), np.empty((n, MOST + 1, 6))
     counts, came = np.zeros(n, np.int64), np.zeros((n, MOST), np.int64)
     cost, length = np.full(MOST, np.inf), np.zeros(MOST)
-    counts[0] = 1
-    listed[0, 0] = start
-    cost[0] = 0.0
-    for k in range(1, n):
+    if fixed:
+        counts[0] = 1
+        listed[0, 0] = start
+        cost[0] = 0.0
+    for k in range(1 if fixed else 0, n):
         if first_joint == 1:
             found = arm_solutions_kernel(p[k], R[k], start[0], solutions)
         else:
             found = mast_branches_kernel(p[k], R[k], solutions)
         counts[k] = every_turn_kernel(solutions, found, listed[k])
         if counts[k] == 0:
-            return False
+            return np.inf
+        if k == 0:
+            cost[: counts[0]] = 0.0
+            continue
         new_cost, new_length = np.full(MOST, np.inf), np.zeros(MOST)
         for j in range(counts[k]):
             for i in range(counts[k - 1]):
@@ -91,10 +99,11 @@ def smoothest_path_kernel(p: Array, R: Array, first_joint: int, start: Array, q:
     for i in range(counts[n - 1]):
         if cost[i] < cost[j] or (cost[i] == cost[j] and length[i] < length[j]):
             j = i
+    largest = cost[j]
     for k in range(n - 1, -1, -1):
         q[k] = listed[k, j]
         j = came[k, j]
-    return True
+    return largest
 
 
 @njit(cache=True)

@@ -81,7 +81,7 @@ def _postures_at(
         if n + 1 >= q.shape[0]:
             return n
         posture = q[n]
-        if normal > LOST_DIRECTION:
+        if normal > LOST_DIRECTION or (forearm <= LOST_FOREARM and normal > VERTICAL):
             c3, s3 = sign * tool_x / normal, -sign * u[2] / normal
             if across * c3 < 0.0 and abs(across * c3) > OPEN_SIGN:
                 continue

@@ -36,7 +36,8 @@ from scara_drake.kinematics import tool_kinematics_kernel
 
 Array = NDArray[np.float64]
 
-JUMP = 1.1  # times the steps beside it
+# A step this many times those beside it is looked at, and is not taken.
+JUMP, OBVIOUS = 1.1, 3.0
 
 
 def solve(problem: Problem, options: DpsoijOptions) -> Answer:
@@ -89,10 +90,15 @@ def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
                 q[reached] = rescued.q
         begin = reached + 1
     if not problems[0].position_first and _is_broken(problems, q):
-        # Followed point by point it fails or jumps: look at all branches of all points.
-        smooth = np.empty_like(q)
-        if smoothest_path_kernel(p, R, problems[0].first_joint, q[0], smooth):
-            q = smooth
+        # Followed point by point it fails or jumps: look at all branches of all points, and leave
+        # the first answer only where no continuous way begins there.
+        for fixed in (True, False):
+            smooth = np.empty_like(q)
+            first_joint = problems[0].first_joint
+            largest = smoothest_path_kernel(p, R, first_joint, q[0], fixed, smooth)
+            evaluations += 1
+            if largest <= options.max_joint_change and not has_jump_kernel(smooth, OBVIOUS):
+                return PathAnswer(smooth, evaluations, steps)
     return PathAnswer(q, evaluations, steps)
 
 

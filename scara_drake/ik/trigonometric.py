@@ -22,6 +22,7 @@ START_INTERVALS = 16
 FIRST_ANGLE = -3.0  # where they begin; multiples of a right angle stay off their ends
 CONVERGING = 1e-9  # a Newton step after which only rounding remains, [rad]
 SAME = 1e-12  # [rad]
+SHARP = 1e-7  # a root known this well is a plain one, [rad]
 BLUR = 1e-6  # of a multiple root, [rad]
 MAX_ROOTS = 24
 
@@ -39,6 +40,13 @@ def evaluate_kernel(c: Array, t: float) -> tuple[float, float, float]:
         + 3.0 * (c[6] * c3 - c[5] * s3)
     )  # fmt: skip
     return c[0] + a + b + d, slope, -a - 4.0 * b - 9.0 * d
+
+
+@njit(cache=True)
+def _root_between(f: float, f_end: float, slope_end: float, rounding: float) -> bool:
+    """Whether there is a change of sign, or a plain root at the end that rounding may hide."""
+    at_end = abs(f_end) < rounding < SHARP * abs(slope_end)
+    return f * f_end <= 0.0 or at_end
 
 
 @njit(cache=True)
@@ -126,8 +134,8 @@ def roots_kernel(c: Array, roots: Array, multiple: Array) -> int:
             if abs(slope) > h * (abs(curvature) + 0.5 * h * third):
                 # Monotonic: a root can only lie on the side where it comes nearer to zero.
                 end = t - h if f * slope > 0.0 else t + h
-                f_end, _, _ = evaluate_kernel(c, end)
-                if f * f_end <= 0.0 or abs(f_end) < rounding:
+                f_end, slope_end, _ = evaluate_kernel(c, end)
+                if _root_between(f, f_end, slope_end, rounding):
                     root = _root(c, t - f / slope, min(t, end), max(t, end), slope > 0.0)
                     n = _add(root, False, roots, multiple, n)
             elif abs(curvature) > h * third:
@@ -141,8 +149,8 @@ def roots_kernel(c: Array, roots: Array, multiple: Array) -> int:
                     away = np.sqrt(abs(2.0 * f / curvature))
                     for sign in (-1.0, 1.0):
                         end = t + sign * h
-                        f_end, _, _ = evaluate_kernel(c, end)
-                        if f * f_end <= 0.0 or abs(f_end) < rounding:
+                        f_end, slope_end, _ = evaluate_kernel(c, end)
+                        if _root_between(f, f_end, slope_end, rounding):
                             low, high = min(middle, end), max(middle, end)
                             rising = sign * curvature > 0.0
                             root = _root(c, middle + sign * away, low, high, rising)
