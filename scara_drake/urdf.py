@@ -38,7 +38,7 @@ def read_visuals(urdf: ET.Element) -> list[Visual]:
     for link in urdf.findall("link"):
         for index, visual in enumerate(link.findall("visual")):
             path = link.get("name", ""), visual.get("name", f"visual_{index}")
-            (geometry,) = visual.find("geometry") or [ET.Element("nothing")]
+            geometry = next(iter(visual.findall("geometry/*")), ET.Element("nothing"))
             shape = geometry.tag.rpartition("}")[2]  # without its XML namespace
             if shape not in SIZES:
                 raise ValueError(f"{'/'.join(path)}: '{shape}', allowed {', '.join(SIZES)}")

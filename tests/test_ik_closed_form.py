@@ -261,6 +261,17 @@ def test_solve_all_lists_the_whole_turns_inside_the_limits_in_order(joints):
         assert len(np.unique(np.round(listed, 6), axis=0)) == len(listed)
 
 
+@pytest.mark.parametrize("joints", ["arm", "full"])
+def test_a_joint_at_its_limit_is_inside(joints):
+    rng = np.random.default_rng(19)
+    for k, q in enumerate(postures(240, seed=19)):
+        j = k % 6
+        q[j] = LOWER[j] if rng.random() < 0.5 else UPPER[j]
+        listed = ik.solve_all(kinematics.forward_kinematics(q), joints, q)
+        assert np.abs(listed[0] - q).max() < 1e-9
+        assert listed[0, j] == pytest.approx(q[j], abs=1e-13)
+
+
 def test_solve_all_without_a_seed_is_lexicographic():
     for q in postures(50, seed=10):
         listed = ik.solve_all(kinematics.forward_kinematics(q))
