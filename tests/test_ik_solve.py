@@ -210,7 +210,10 @@ def test_a_seed_gives_the_same_bits(method, task):
     a, b, c = (ik.solve(X, method=method, task=task, seed=s, q_seed=AT_6_M) for s in (7, 7, 8))
     assert a.q.tobytes() == b.q.tobytes()
     assert (a.evaluations, a.iterations) == (b.evaluations, b.iterations)
-    assert a.q.tobytes() != c.q.tobytes() or a.evaluations != c.evaluations
+    if (method, task) == ("dpsoij", "pose"):  # a pose that can be held needs no draw
+        assert a.q.tobytes() == c.q.tobytes()
+    else:
+        assert a.q.tobytes() != c.q.tobytes() or a.evaluations != c.evaluations
 
 
 def test_a_rigid_transform_is_a_pose():
