@@ -132,6 +132,28 @@ def test_dpso_at_every_sample_jumps_and_dpsoij_does_not(task):
     assert largest_step("dpso") > 0.5
 
 
+def test_the_closed_form_at_every_sample_follows_without_a_jump():
+    moving = np.tile(COMMAND, (60, 1))
+    moving[:, 0] += np.linspace(0.0, 0.02, 60)
+    system, context = system_and_context(method="closed_form", joints="full", task="pose")
+    q = [system.GetOutputPort("state_desired").Eval(context)[:6]]
+    for command in moving:
+        system.get_input_port().FixValue(context, command)
+        tick(system, context)
+        assert system.GetOutputPort("status").Eval(context)[0] == 0.0
+        state = system.GetOutputPort("state_desired").Eval(context)
+        pose = system.GetOutputPort("X_WE_desired").Eval(context)
+        distance, angle = kinematics.pose_error(
+            pose_matrix(pose), kinematics.forward_kinematics(state[:6])
+        )
+        assert distance < 1e-9
+        assert angle < 1e-8
+        q.append(state[:6])
+    assert np.abs(np.diff(q, axis=0)).max() < 3e-3
+    with pytest.raises(ValueError, match=r"task with method closed_form: 'position', allowed pose"):
+        InverseKinematics(method="closed_form").validate("inverse_kinematics")
+
+
 @pytest.mark.parametrize(
     ("field", "value"), [("method", "magic"), ("joints", "legs"), ("task", "all"), ("max_speed", 0)]
 )

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 # method of that first answer. Every other method solves each sample from scratch, as the paper
 # has it: by its swarms alone, without polish.
 FOLLOWERS = {"dpsoij": "dpso", "inverse_jacobian": "inverse_jacobian"}
+SWARMS = ("dpso", "pso")
 
 # Layout of the memory: the limiter, then these.
 STATUS, COUNT = servo.LIMITER_SIZE, servo.LIMITER_SIZE + 1
@@ -59,6 +60,8 @@ class InverseKinematics:
         checks.choice(f"{name}.method", self.method, METHODS)
         checks.choice(f"{name}.joints", self.joints, ("arm", "full"))
         checks.choice(f"{name}.task", self.task, ("position", "pose"))
+        if self.method == "closed_form":
+            checks.choice(f"{name}.task with method closed_form", self.task, ("pose",))
         smallest = checks.ABOVE_ZERO
         for bound in (
             "max_speed",
@@ -98,7 +101,7 @@ def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> A
     near = robot.HOME.copy()
     near[0] = np.clip(np.asarray(command)[7], robot.LOWER[0], robot.UPPER[0])
     method = FOLLOWERS.get(config.method, config.method)
-    options = {} if method == "inverse_jacobian" else {"nearest_to": near}
+    options = {"nearest_to": near} if method in SWARMS else {}
     result = solve(
         pose_matrix(command),
         method=method,
@@ -199,6 +202,7 @@ class InverseKinematicsSystem(LeafSystem):
         q_seed = desired[:6].copy()
         if self._mast_follows:
             q_seed[0] = limiter[servo.MAST]
+        options = {"polish": False} if self._config.method in SWARMS else {}
         result = solve(
             pose_matrix(limiter),
             method=self._config.method,
@@ -206,7 +210,7 @@ class InverseKinematicsSystem(LeafSystem):
             task=self._config.task,
             q_seed=q_seed,
             seed=self._seed + int(memory[COUNT]),
-            polish=False,
+            **options,
         )
         if result.success:
             desired[:6] = result.q
