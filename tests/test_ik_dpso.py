@@ -210,3 +210,12 @@ def test_position_alone_is_solved_by_pso_1_within_the_tolerance():
         assert result.q[0] == target[0]
         again = ik.solve(X, "dpso", "arm", "position", q_seed=target, seed=k, polish=False)
         np.testing.assert_array_equal(again.q, result.q)
+
+
+@pytest.mark.slow
+def test_the_tuned_swarms_alone_solve_twenty_thousand_poses():
+    rng = np.random.default_rng(41)
+    postures = rng.uniform(robot.LOWER, robot.UPPER, (20_000, 6))
+    for k, X in enumerate(kinematics.forward_kinematics(postures)):
+        result = ik.solve(X, "dpso", "arm", q_seed=postures[k], seed=k, polish=False)
+        assert result.success, k

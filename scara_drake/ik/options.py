@@ -85,7 +85,7 @@ TUNED: Final = Dpso(
     draw=Swarm(8, 0, 0.605, 1.0, 0.087, 1.30, 0.155, 0, 1.0, 0.6),
     best=4,
     steps=15,
-    budget=400_000,
+    budget=1_000_000,
     polish_budget=20_000,
 )
 
