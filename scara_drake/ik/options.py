@@ -82,9 +82,9 @@ TUNED: Final = Dpso(
     single=Swarm(24, 300, 0.605, 1.0, 0.087, 1.30, 0.155, 46, 2.97, 1.0),
     radius=0.174,
     squared=True,
-    draw=Swarm(8, 0, 0.605, 1.0, 0.087, 1.30, 0.155, 0, 1.0, 0.6),
+    draw=Swarm(16, 0, 0.605, 1.0, 0.087, 1.30, 0.155, 0, 1.0, 0.6),
     best=4,
-    steps=15,
+    steps=10,
     budget=1_000_000,
     polish_budget=20_000,
 )
