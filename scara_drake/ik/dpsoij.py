@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 
 # A step this many times those beside it is looked at, and is not taken.
 JUMP, OBVIOUS = 1.1, 3.0
+UNEVEN = 3.0  # times the median step
 
 
 def solve(problem: Problem, options: DpsoijOptions) -> Answer:
@@ -104,7 +105,10 @@ def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
 
 def _is_broken(problems: Sequence[Problem], q: Array) -> bool:
     meets = all(_meets(problem, row) for problem, row in zip(problems, q, strict=True))
-    return not meets or bool(has_jump_kernel(q, JUMP))
+    changes = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
+    # A fold may also be taken on the wrong side without a jump: in long steps.
+    uneven = changes.size > 0 and changes.max() > UNEVEN * np.median(changes)
+    return not meets or uneven or bool(has_jump_kernel(q, JUMP))
 
 
 def _follow_literally(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
