@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake import checks, robot
+from scara_drake.ik.branches import LOWER, UPPER
 from scara_drake.ik.closed_form_arm import EXACT, arm_branches_kernel, arm_solutions_kernel
 from scara_drake.ik.closed_form_mast import mast_branches_kernel
 from scara_drake.ik.options import ClosedFormOptions
@@ -23,7 +24,7 @@ from scara_drake.kinematics import D6
 
 Array = NDArray[np.float64]
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+
 MOST = 24  # solutions modulo whole turns
 TURNED = 27  # postures that one of them becomes by whole turns of three joints
 LIMIT_SLACK = 1e-10  # a joint this far outside its range is at the limit, by rounding

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake import robot
+from scara_drake.ik.branches import LOWER, UPPER
 from scara_drake.ik.least_squares import bounded_step_kernel
 from scara_drake.ik.options import InverseJacobianOptions
 from scara_drake.ik.refine import error_kernel, refine_kernel, refine_position_first_kernel
@@ -24,7 +24,7 @@ from scara_drake.kinematics import rotation_vector_kernel, tool_kinematics_kerne
 
 Array = NDArray[np.float64]
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+
 # Second derivative of the tool point along a joint motion, at most about the reach [m/rad^2].
 CURVATURE = 1.5
 

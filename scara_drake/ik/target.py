@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake import checks, robot
+from scara_drake.ik.branches import LOWER, UPPER
 from scara_drake.ik.refine import error_kernel
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE, Problem
 
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 
 JOINTS: Final = ("full", "arm")
 TASKS: Final = ("pose", "position")
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+
 # A seed this far outside the joint ranges is rounding of a loop, not a mistake; it is clipped.
 SEED_SLACK: Final = 1e-6
 # Seeds are taken modulo this plus one: the kernels hold them in 64 bits.
