@@ -35,13 +35,17 @@ BUNDLE, LOG = "recorded_signals", "recorder"
 
 @dataclass(frozen=True)
 class Signal:
-    """One variable: the logged signal it is in, its first column there, dims, unit, meaning."""
+    """One variable: the logged signal it is in, its first column there, dims, unit, meaning.
+
+    A variable that is not `always` there is left out where the Diagram does not have its signal.
+    """
 
     source: str
     column: int
     dims: tuple[str, ...]
     units: str
     long_name: str
+    always: bool = True
 
 
 _POSITIONS, _RATES = "m for d1, rad for the others", "m/s for d1, rad/s for the others"
@@ -67,6 +71,29 @@ SIGNALS: dict[str, Signal] = {
     "delay_down": Signal("delay_down", 0, (), "s", "delay of the force"),
     "status": Signal(
         "servo_state", STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
+    ),
+    "saturation": Signal(
+        "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
+    ),
+    "q_governed": Signal(
+        "state_desired_governed", 0, _JOINT, _POSITIONS, "references after the governor", False
+    ),
+    "tau_delivered": Signal(
+        "actuation_delivered", 0, _JOINT, _EFFORTS, "effort after the lag of the drives", False
+    ),
+    "perturbation_estimate": Signal(
+        "perturbation_estimate",
+        0,
+        _JOINT,
+        "m/s^2 for d1, rad/s^2 for the others",
+        "perturbation seen by the observer",
+        False,
+    ),
+    "v_estimated": Signal(
+        "velocity_estimate", 0, _JOINT, _RATES, "joint rates seen by the observer", False
+    ),
+    "f_estimated_W": Signal(
+        "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
 }
 
@@ -157,7 +184,7 @@ def _sink(diagram: Diagram) -> VectorLogSink:
 def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.Dataset:
     """Label samples at times (n,) with values (n, width); see `SIGNALS` for the variables.
 
-    A variable whose signal the Diagram does not have is NaN throughout.
+    A variable whose signal the Diagram does not have is NaN throughout, or left out.
     """
     coordinates: dict[str, Any] = {
         "joint": list(robot.JOINT_NAMES),
@@ -176,6 +203,8 @@ def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.D
             width = int(np.prod(shape[1:]))
             array = values[:, start : start + width].reshape(shape)
             attributes["period"] = description["periods"][signal.source]
+        elif not signal.always:
+            continue
         else:
             array = np.full(shape, np.nan)
         data[name] = (("time", *signal.dims), array, attributes)

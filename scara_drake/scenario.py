@@ -80,6 +80,10 @@ class Scenario:
             value = getattr(self, part.name)
             if dataclasses.is_dataclass(value):
                 value.validate(part.name)  # type: ignore[union-attr]  # every part has one
+        # A controller of the user's own need not have a rule about its sampling.
+        check_sampling = getattr(self.controller, "check_sampling", None)
+        if check_sampling is not None:
+            check_sampling("controller", self.time_step)
 
 
 def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = None) -> Scenario:
@@ -87,9 +91,9 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
 
     Args:
         name_or_path: such as ``"teleoperation"`` or ``"my/press.yaml"``.
-        overrides: dotted keys to values, such as ``{"controller.phi": 0.5}``. A number given for a
-            list sets every entry; a string is read as YAML, so tags such as ``"!SineDelay {}"``
-            choose another kind of part.
+        overrides: dotted keys to values, such as ``{"controller.phi": 0.5}``. A number or a
+            word given for a list sets every entry; a string is read as YAML, so tags such as
+            ``"!SineDelay {}"`` choose another kind of part.
 
     Raises:
         ValueError: no such scenario, unknown key, wrong type, or a number out of its bounds.
@@ -171,8 +175,8 @@ def _check_schema(schema: Any, data: Any, path: str) -> None:
     """Raise a ValueError that names the first field of `data` that `schema` does not allow.
 
     `yaml_load_typed` refuses the same data, without saying where in the file. In place: a number
-    where a list of known length is expected is spread over the list, and the tag of a part that
-    has one kind only is dropped.
+    or a word where a list of known length is expected is spread over the list, and the tag of a
+    part that has one kind only is dropped.
     """
     hints = typing.get_type_hints(schema)
     defaults = schema()
@@ -183,8 +187,11 @@ def _check_schema(schema: Any, data: Any, path: str) -> None:
         if key not in hints:
             raise ValueError(f"{where}: unknown field, allowed {', '.join(hints)}")
         default = getattr(defaults, key)
-        if _is_number(value) and isinstance(default, list) and default:
-            data[key] = value = [float(value)] * len(default)
+        if isinstance(default, list) and default:
+            if _is_number(value) and _is_number(default[0]):
+                data[key] = value = [float(value)] * len(default)
+            elif isinstance(value, str) and isinstance(default[0], str):
+                data[key] = value = [value] * len(default)
         _check_value(hints[key], default, value, where)
 
 

@@ -17,20 +17,28 @@ from scara_drake.control.integral_sliding_mode import (
 TS = 1e-3
 ONES = np.ones(6)
 NO_LIMIT = np.full(6, 1e12)
+NONE = np.zeros(6)
 
 
-def rows(k, rho, phi, m_hat=ONES, effort=NO_LIMIT):
-    """Gains as the law takes them; each is a number or (6,)."""
-    return np.array([np.broadcast_to(row, 6) for row in (0.0, k, rho, phi, m_hat, effort)], float)
+def rows(k, rho, phi, m_hat=ONES, effort=NO_LIMIT, clamp=None):
+    """Gains as the law takes them; each is a number or (6,); the clamp is 2 phi if not given."""
+    clamp = 2.0 * np.asarray(phi) if clamp is None else clamp
+    given = (0.0, k, rho, phi, m_hat, effort, clamp)
+    return np.array([np.broadcast_to(row, 6) for row in given], float)
+
+
+def results():
+    """Room for s, tau, tau_limited and saturation."""
+    return np.empty((4, 6))
 
 
 def run_law(sigmas, z, gains):
     """Apply the law to sigma samples (n, 6); return u (n, 6), s (n, 6) and the last z."""
     z = z.copy()
-    s, tau, limited = np.empty(6), np.empty(6), np.empty(6)
+    s, tau, limited, saturation = results()
     efforts, surfaces = [], []
     for sigma in sigmas:
-        ismc_law(sigma, gains, TS, z, s, tau, limited)
+        ismc_law(sigma, gains, TS, NONE, z, s, tau, limited, saturation)
         efforts.append(limited.copy())
         surfaces.append(s.copy())
     return np.array(efforts), np.array(surfaces), z
@@ -62,11 +70,11 @@ def scalar_plant(disturbance, sigma0, k, rho, phi, duration, h):
     n = round(duration / h)
     sigma = np.full(6, sigma0)
     z = sigma.copy()
-    s, tau, limited = np.empty(6), np.empty(6), np.empty(6)
+    s, tau, limited, saturation = results()
     history = np.empty((n, 2))
     gains = rows(k, rho, phi)
     for i in range(n):
-        ismc_law(sigma, gains, h, z, s, tau, limited)
+        ismc_law(sigma, gains, h, NONE, z, s, tau, limited, saturation)
         history[i] = sigma[0], s[0]
         sigma = sigma + h * (disturbance - limited)
     return h * np.arange(n), history
@@ -105,11 +113,12 @@ def test_windup_clamp_recovers_at_once():
     # A perturbation of twice rho for 0.5 s: without the clamp |s| would grow to 75.
     k, rho, phi = 50.0, 150.0, 1.0
     h, sigma = TS, np.zeros(6)
-    z, s, tau, limited = np.zeros(6), np.empty(6), np.empty(6), np.empty(6)
+    z = np.zeros(6)
+    s, tau, limited, saturation = results()
     gains = rows(k, rho, phi)
     largest = 0.0
     for i in range(700):
-        ismc_law(sigma, gains, h, z, s, tau, limited)
+        ismc_law(sigma, gains, h, NONE, z, s, tau, limited, saturation)
         sigma = sigma + h * ((300.0 if i < 500 else 0.0) - limited)
         largest = max(largest, abs(s[0]))
     assert largest < 3.0
@@ -150,8 +159,8 @@ def controller_and_context():
 def test_ports():
     controller, _, _ = controller_and_context()
     assert ports(controller) == (
-        {"state": 12, "state_desired": 12},
-        {"actuation": 6, "actuation_commanded": 6, "sliding_variable": 6},
+        {"state": 12, "state_desired": 12, "engaged": 1},
+        {"actuation": 6, "actuation_commanded": 6, "saturation": 6, "sliding_variable": 6},
     )
 
 
@@ -165,6 +174,118 @@ def test_starts_on_the_sliding_surface():
         controller.GetOutputPort("actuation_commanded").Eval(context),
         robot.nominal_inertias() * np.array(gains.k) * sigma,
     )
+
+
+def test_paper_mode_is_the_raw_law_in_millimetres_and_newtons():
+    gains = IntegralSlidingMode(mode=["paper"] + ["normalised"] * 5)
+    k, rho, phi = gains.k[0], gains.rho[0], gains.phi[0]
+    rng = np.random.default_rng(3)
+    z = rng.normal(0.0, 2e-3, 6)
+    for sigma in rng.normal(0.0, 3e-3, (50, 6)):
+        s_mm = 1e3 * (sigma[0] - z[0])
+        newtons = rho * np.clip(s_mm / phi, -1.0, 1.0) + k * 1e3 * sigma[0]
+        s, tau, limited, saturation = results()
+        ismc_law(sigma, gains.array(), TS, NONE, z, s, tau, limited, saturation)
+        np.testing.assert_allclose(tau[0], newtons, rtol=1e-12)
+
+
+def test_paper_mode_does_not_clamp_the_integral():
+    gains = IntegralSlidingMode(mode=["paper"] + ["normalised"] * 5).array()
+    _, surfaces, _ = run_law(np.full((500, 6), 0.5), np.zeros(6), gains)
+    assert surfaces[-1, 0] > 30.0  # sigma + k sum(sigma) T_s = 0.5 + 150 * 0.25
+    np.testing.assert_allclose(surfaces[-1, 1:], 2.0)
+
+
+def test_saturation_tells_the_layer_and_the_effort_apart():
+    gains = rows(1.0, 10.0, 1.0, effort=[20.0, 20.0, 5.0, 5.0, 20.0, 20.0])
+    sigma = np.array([0.5, 1.5, 0.9, 1.5, -0.5, -1.5])
+    s, tau, limited, saturation = results()
+    ismc_law(sigma, gains, TS, NONE, np.zeros(6), s, tau, limited, saturation)
+    np.testing.assert_array_equal(saturation, [0, 1, 2, 3, 0, 1])
+
+
+def held_arm(**options):
+    """The arm held at HOME for a second, and its recording."""
+    scenario = load_scenario("joint_sine", {"operator.amplitude": 0.0})
+    scenario.operator.displacement = [0.0] * 6
+    scenario.controller = IntegralSlidingMode(**options)
+    return simulate(scenario, duration=0.3)
+
+
+def test_gravity_compensation_takes_the_weight_from_the_first_sample():
+    without, compensated = held_arm(), held_arm(gravity_compensation=True)
+    error, small = (
+        abs(run.q_desired - run.q_measured).max("time") for run in (without, compensated)
+    )
+    assert float(error[0]) > 1e-5
+    assert float(small.max()) < 1e-8
+
+
+def test_acceleration_feedforward_adds_the_inertia_times_the_acceleration():
+    # One period of a reference with a known acceleration, at zero error.
+    controller = IntegralSlidingModeController(IntegralSlidingMode(acceleration_feedforward=True))
+    context = controller.CreateDefaultContext()
+    a, v = np.array([0.3, -1.0, 2.0, 0.5, -4.0, 1.0]), np.full(6, 0.2)
+    before = np.concatenate([robot.HOME, v])
+    controller.GetInputPort("state").FixValue(context, before)
+    controller.GetInputPort("state_desired").FixValue(context, before)
+    controller.ExecuteInitializationEvents(context)
+    after = np.concatenate([robot.HOME + TS * v, v + TS * a])
+    controller.GetInputPort("state_desired").FixValue(context, after)
+    controller.GetInputPort("state").FixValue(
+        context, np.concatenate([after[:6] + TS * after[6:], after[6:]])
+    )
+    tick(controller, context)
+    np.testing.assert_allclose(
+        controller.GetOutputPort("actuation_commanded").Eval(context),
+        robot.nominal_inertias() * a,
+        atol=1e-6,
+    )
+
+
+def test_disengaged_drives_give_no_effort_and_take_over_without_a_jump():
+    controller, context, offset = controller_and_context()
+    engaged = controller.GetInputPort("engaged")
+    engaged.FixValue(context, [0.0])
+    controller.ExecuteInitializationEvents(context)
+    jump = offset.copy()
+    for _ in range(3):
+        jump += 0.05  # the reference runs away while the drives are off
+        state = controller.GetInputPort("state").Eval(context)
+        controller.GetInputPort("state_desired").FixValue(context, state + jump)
+        tick(controller, context)
+        np.testing.assert_array_equal(outputs(controller, context), 0.0)
+    engaged.FixValue(context, [1.0])
+    tick(controller, context)
+    gains = IntegralSlidingMode()
+    sigma = np.empty(6)
+    state = controller.GetInputPort("state").Eval(context)
+    sliding_surface(state + jump, state, np.array(gains.c), TS, sigma)
+    # s = 0, so there is no part of rho: only k sigma.
+    np.testing.assert_allclose(
+        controller.GetOutputPort("sliding_variable").Eval(context), 0.0, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        controller.GetOutputPort("actuation_commanded").Eval(context),
+        robot.nominal_inertias() * np.array(gains.k) * sigma,
+        rtol=1e-9,
+    )
+
+
+@pytest.mark.parametrize("port", ["state", "state_desired"])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_not_a_number_stops_the_run_and_names_port_and_time(port, bad):
+    controller, context, _ = controller_and_context()
+    controller.set_name("controller")
+    controller.ExecuteInitializationEvents(context)
+    context.SetTime(0.25)
+    values = controller.GetInputPort(port).Eval(context).copy()
+    values[7] = bad
+    controller.GetInputPort(port).FixValue(context, values)
+    with pytest.raises(
+        RuntimeError, match=rf"controller: port '{port}' at t = 0.25 s: {port}\[7\]"
+    ):
+        tick(controller, context)
 
 
 def test_memory_is_in_the_context():

@@ -71,7 +71,7 @@ def test_the_tables_of_the_paper():
 
 BAD = [
     ({"controler.phi": 1}, r"^controler: unknown field, allowed name, "),
-    ({"controller.phy": 1}, r"^controller\.phy: unknown field, allowed c, k, rho, phi$"),
+    ({"controller.phy": 1}, r"^controller\.phy: unknown field, allowed c, k, rho, phi, mode"),
     ({"operator.mapping.sclae": 1}, r"^operator\.mapping\.sclae: unknown field, allowed centre"),
     ({"controller.k": -1.0}, r"^controller\.k\[0\]: -1\.0, allowed 0 or more, finite$"),
     ({"controller.rho": float("nan")}, r"^controller\.rho\[0\]: nan, allowed 0 or more"),

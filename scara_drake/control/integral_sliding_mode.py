@@ -18,12 +18,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues, EventStatus, LeafSystem
+from pydrake.systems.framework import DiscreteValues
 
 from scara_drake import checks, robot
+from scara_drake.control.chatter import check_chatter
+from scara_drake.control.controller import JointController, limit_effort
 from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
+
+MODES = ("normalised", "paper")
+# The paper's unit of length is the millimetre: u in N, sigma and phi of the mast in mm/s.
+PAPER_UNIT = np.array([1e-3, 1.0, 1.0, 1.0, 1.0, 1.0])  # [m, rad]
 
 
 @njit(cache=True)
@@ -34,43 +40,56 @@ def sliding_surface(
 
     The reference is carried `lead` seconds along its own velocity before the comparison.
     """
-    for i in range(sigma.size):
-        rate = state_desired[6 + i]
+    n = sigma.size
+    for i in range(n):
+        rate = state_desired[n + i]
         error = state_desired[i] + lead * rate - state[i]
-        sigma[i] = rate - state[6 + i] + c[i] * error
+        sigma[i] = rate - state[n + i] + c[i] * error
 
 
-# Rows of the array (6, 6) of gains, one column a joint: one array crosses into the kernel faster
-# than six.
-C, K, RHO, PHI, M_HAT, EFFORT = range(6)
+# Rows of the array (7, n) of gains, one column a joint: one array crosses into the kernel faster
+# than seven.
+C, K, RHO, PHI, M_HAT, EFFORT, CLAMP = range(7)
 
 
 @njit(cache=True)
 def ismc_law(
-    sigma: Array, gains: Array, period: float, z: Array, s: Array, tau: Array, tau_limited: Array
+    sigma: Array,
+    gains: Array,
+    period: float,
+    feedforward: Array,
+    z: Array,
+    s: Array,
+    tau: Array,
+    tau_limited: Array,
+    saturation: Array,
 ) -> None:
-    """Apply the law for one sample, all arrays (6,): write s, tau and tau_limited, advance z.
+    """Apply the law for one sample, all arrays (n,): write the last four, advance z.
 
-    The forward Euler step of z is exact for the sampled sum. After it, |sigma - z| is clamped to
-    2 phi, by moving z: an integral that has wound up no longer delays the recovery.
+    The forward Euler step of z is exact for the sampled sum. After it, |sigma - z| is clamped by
+    moving z: an integral that has wound up no longer delays the recovery.
 
     Args:
         sigma: equation (28) [m/s, rad/s].
-        gains: (6, 6), rows c, k, rho, phi, m_hat and the effort limit.
+        gains: (7, n), rows c, k, rho, phi, m_hat, the effort limit and the clamp of |s|.
         period: [s]; with zero z stays.
+        feedforward: effort that is added to the law's [N, N m].
         z: equation (33), in place.
         s: equation (27).
         tau: effort before the limits [N, N m].
         tau_limited: effort within the limits.
+        saturation: see `limit_effort`.
     """
+    outside = np.empty(sigma.size)
     for i in range(sigma.size):
-        phi, effort = gains[PHI, i], gains[EFFORT, i]
+        phi, clamp = gains[PHI, i], gains[CLAMP, i]
         s[i] = sigma[i] - z[i]
+        outside[i] = abs(s[i]) / phi
         u2 = gains[K, i] * sigma[i]
         u1 = gains[RHO, i] * min(max(s[i] / phi, -1.0), 1.0)
-        tau[i] = gains[M_HAT, i] * (u1 + u2)
-        tau_limited[i] = min(max(tau[i], -effort), effort)
-        z[i] = min(max(z[i] - period * u2, sigma[i] - 2.0 * phi), sigma[i] + 2.0 * phi)
+        tau[i] = gains[M_HAT, i] * (u1 + u2) + feedforward[i]
+        z[i] = min(max(z[i] - period * u2, sigma[i] - clamp), sigma[i] + clamp)
+    limit_effort(tau, gains[EFFORT], outside, tau_limited, saturation)
 
 
 @njit(cache=True)
@@ -79,101 +98,168 @@ def ismc_sample(
     state: Array,
     gains: Array,
     period: float,
+    feedforward: Array,
     z: Array,
     s: Array,
     tau: Array,
     tau_limited: Array,
+    saturation: Array,
 ) -> None:
     """Compare the states (12,) and apply the law; the reference is one period old."""
     sigma = np.empty(6)
     sliding_surface(state_desired, state, gains[C], period, sigma)
-    ismc_law(sigma, gains, period, z, s, tau, tau_limited)
+    ismc_law(sigma, gains, period, feedforward, z, s, tau, tau_limited, saturation)
+
+
+def _six(value: float) -> list[float]:
+    return [value] * 6
 
 
 @dataclass
 class IntegralSlidingMode:
     """Gains of the law per joint; the defaults are Table 12 of the paper.
 
-    Position in metres and radians, so sigma, s and phi are in m/s and rad/s, c and k in 1/s, rho in
-    m/s² and rad/s².
+    Modes per joint:
+
+    - ``normalised``: positions in metres and radians, so sigma, s and phi are in m/s and rad/s, c
+      and k in 1/s, rho in m/s² and rad/s²; tau = m_hat u with the robot's nominal inertia.
+    - ``paper``: the raw law. tau = u is in N and N m, the mast's positions are in mm, and the
+      integral is not clamped. It makes sense for the mast; the other joints are left without the
+      factor of their inertia.
+
+    Attributes:
+        c: slope of the sliding surface [1/s].
+        k: gain of the nominal part u2 [1/s].
+        rho: gain of the discontinuous part u1.
+        phi: boundary layer of s.
+        mode: of each joint, "normalised" or "paper".
+        anti_windup: |s| is clamped to 2 phi (joints in ``normalised`` mode).
+        acceleration_feedforward: the nominal inertia times the reference's acceleration is added.
+        gravity_compensation: the effort that holds the nominal robot against gravity is added.
+        allow_chatter: gains that break the rule of `chatter` are accepted.
     """
 
     c: list[float] = field(default_factory=lambda: [50.0, 50.0, 50.0, 40.0, 10.0, 10.0])
     k: list[float] = field(default_factory=lambda: [150.0, 100.0, 100.0, 75.0, 40.0, 20.0])
     rho: list[float] = field(default_factory=lambda: [500.0, 150.0, 150.0, 120.0, 100.0, 100.0])
-    phi: list[float] = field(default_factory=lambda: [1.0] * 6)
+    phi: list[float] = field(default_factory=lambda: _six(1.0))
+    mode: list[str] = field(default_factory=lambda: ["normalised"] * 6)
+    anti_windup: bool = True
+    acceleration_feedforward: bool = False
+    gravity_compensation: bool = False
+    allow_chatter: bool = False
 
     def validate(self, name: str) -> None:
         """Check the gains; `name` is the field's path in the scenario.
 
         Raises:
-            ValueError: a gain is negative or not finite, or phi is not positive.
+            ValueError: a gain is negative or not finite, phi is not positive, or a mode unknown.
         """
         for gain in ("c", "k", "rho"):
             checks.vector(f"{name}.{gain}", getattr(self, gain), 6, 0.0)
         checks.vector(f"{name}.phi", self.phi, 6, checks.ABOVE_ZERO)
+        if len(self.mode) != 6:
+            raise ValueError(f"{name}.mode: {len(self.mode)} entries, allowed 6")
+        for index, mode in enumerate(self.mode):
+            checks.choice(f"{name}.mode[{index}]", mode, MODES)
+
+    def check_sampling(self, name: str, period: float) -> None:
+        """Check that the gains do not chatter at this period [s].
+
+        Raises:
+            ValueError: they do, and `allow_chatter` is not set; gives the smallest phi.
+        """
+        if not self.allow_chatter:
+            gains = self.array()
+            unit = np.where(self._paper(), PAPER_UNIT, 1.0)
+            m_hat, k, rho, phi = gains[M_HAT], gains[K], gains[RHO], gains[PHI]
+            check_chatter(name, m_hat, k, rho, phi, period, unit)
 
     def array(self) -> Array:
-        """Return the gains with m_hat and the efforts of the robot, as `ismc_law` takes them."""
-        rows = [self.c, self.k, self.rho, self.phi, robot.nominal_inertias(), robot.EFFORT]
+        """Return the gains as `ismc_law` takes them (7, 6), in SI units.
+
+        In millimetres and newtons the law is that of a nominal inertia of 1 N s²/mm = 1000 kg,
+        with rho over that inertia.
+        """
+        unit, paper = PAPER_UNIT, self._paper()
+        m_hat = np.where(paper, 1.0 / unit, robot.nominal_inertias())
+        rho = np.where(paper, np.multiply(self.rho, unit), self.rho)
+        phi = np.where(paper, np.multiply(self.phi, unit), self.phi)
+        clamp = np.where(paper | (not self.anti_windup), np.inf, 2.0 * phi)
+        rows = [self.c, self.k, rho, phi, m_hat, robot.EFFORT, clamp]
         return np.array(rows, dtype=np.float64)
 
     def make_system(self, period: float) -> "IntegralSlidingModeController":
         """Return a controller with these gains, the robot's nominal inertias and efforts."""
         return IntegralSlidingModeController(self, period)
 
+    def _paper(self) -> NDArray[np.bool_]:
+        return np.array([mode == "paper" for mode in self.mode])
 
-class IntegralSlidingModeController(LeafSystem):
+
+class IntegralSlidingModeController(JointController):
     """Integral sliding mode control of the six joints.
 
-    Input ports:
-        state (12): q, v measured [m, rad, m/s, rad/s]
-        state_desired (12): q, v references
-    Output ports, all discrete state:
-        actuation (6): effort within the limits of the drives [N, N m]
-        actuation_commanded (6): effort before the limits
+    Ports: those of `JointController`, and the output, discrete state:
         sliding_variable (6): s of equation (27) [m/s, rad/s]
     Update (every period): equations (27) to (37), see `ismc_law`. A sampled plant has stepped
         before its controller is updated, so the measured state is one period younger than the
         reference: the reference is carried one period along its velocity.
-    Initial: z = sigma, hence s = 0; actuation = m_hat k sigma.
+    Initial, and while not engaged: z = sigma, hence s = 0; actuation = m_hat k sigma at the start.
+
+    Args:
+        gains: checked.
+        period: [s].
     """
 
     def __init__(self, gains: IntegralSlidingMode, period: float = 1e-3):
-        super().__init__()
+        super().__init__(period)
         self._gains = gains.array()
-        self._period = period
-        self._state = self.DeclareVectorInputPort("state", 12)
-        self._desired = self.DeclareVectorInputPort("state_desired", 12)
-        self._tau_limited = declare_state(self, 6, "actuation")
-        self._tau = declare_state(self, 6, "actuation_commanded")
+        self._gravity = None
         self._s = declare_state(self, 6, "sliding_variable")
         self._z = declare_state(self, 6)
-        self.DeclareInitializationDiscreteUpdateEvent(self._start)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self._v_desired = declare_state(self, 6) if gains.acceleration_feedforward else None
+        self._m_hat = robot.nominal_inertias()
+        self._none = np.zeros(6)
 
-    def _start(self, context: Context, discrete: DiscreteValues) -> EventStatus:
-        desired, state = self._desired.Eval(context), self._state.Eval(context)
-        # At the start both are of the same instant; the law is evaluated and z stays sigma.
+    def start(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
+        """Begin on the sliding surface; both states are of one instant."""
         z = discrete.get_mutable_value(self._z)
         sliding_surface(desired, state, self._gains[C], 0.0, z)
-        self._sample(desired, state, 0.0, discrete)
-        return EventStatus.Succeeded()
+        if self._v_desired is not None:
+            discrete.get_mutable_value(self._v_desired)[:] = desired[6:]
+        sigma = z.copy()
+        feedforward = self._feedforward(desired, state, discrete)
+        ismc_law(sigma, self._gains, 0.0, feedforward, *self._results(discrete))
 
-    def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        desired, state = self._desired.Eval(context), self._state.Eval(context)
-        self._sample(desired, state, self._period, discrete)
-
-    def _sample(
-        self, desired: Array, state: Array, period: float, discrete: DiscreteValues
-    ) -> None:
+    def sample(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
+        """Apply the law; the reference is one period old."""
         ismc_sample(
             desired,
             state,
             self._gains,
-            period,
+            self.period,
+            self._feedforward(desired, state, discrete),
+            *self._results(discrete),
+        )
+
+    def _results(self, discrete: DiscreteValues) -> tuple[Array, ...]:
+        return (
             discrete.get_mutable_value(self._z),
             discrete.get_mutable_value(self._s),
-            discrete.get_mutable_value(self._tau),
-            discrete.get_mutable_value(self._tau_limited),
+            discrete.get_mutable_value(self.tau),
+            discrete.get_mutable_value(self.tau_limited),
+            discrete.get_mutable_value(self.saturation),
         )
+
+    def _feedforward(self, desired: Array, state: Array, discrete: DiscreteValues) -> Array:
+        if self._v_desired is None and self._gravity is None:
+            return self._none
+        effort = np.zeros(6)
+        if self._gravity is not None:
+            pass
+        if self._v_desired is not None:
+            before = discrete.get_mutable_value(self._v_desired)
+            effort += self._m_hat * (desired[6:] - before) / self.period
+            before[:] = desired[6:]
+        return effort
