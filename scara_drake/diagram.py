@@ -2,9 +2,9 @@
 
 ::
 
-    joystick -> mapping -> uplink -> inverse_kinematics -> controller -> plant
-        ^                                                                  |  ^
-        '--- haptics <----------- downlink <----------- contact <---------'--'
+    joystick -> mapping -> uplink -> inverse_kinematics -> governor -> controller -> drives -> plant
+        ^                                                                                      |  ^
+        '--- haptics <----------------- downlink <----------------- contact <-----------------'--'
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
 )
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import Adder
 
 from scara_drake.environment import ImpedanceContact, add_walls
 from scara_drake.ik.system import InverseKinematicsSystem, first_posture
@@ -27,10 +28,10 @@ from scara_drake.recording import add_recorder
 from scara_drake.reference import JointMotion, JointMotionSource
 from scara_drake.robot import add_scara
 from scara_drake.scenario import Scenario
-from scara_drake.teleop.channel import SignalDelay
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.mapping import JoystickToPose, initial_command
 from scara_drake.teleop.operator import Joystick
+from scara_drake.teleop.signal_delay import SignalDelay
 from scara_drake.visualization import add_visualization
 
 Array = NDArray[np.float64]
@@ -52,9 +53,6 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     builder = DiagramBuilder()
     q_start = start_posture(scenario)
     plant, scene_graph = _add_plant(builder, scenario, q_start)
-    controller = builder.AddNamedSystem(
-        "controller", scenario.controller.make_system(scenario.time_step)
-    )
     signals: Signals = {"state": plant.get_state_output_port()}
     if scenario.environment.surfaces:
         signals |= _add_contact(builder, scenario, plant)
@@ -62,10 +60,9 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
         signals |= _add_joint_motion(builder, scenario.operator)
     else:
         signals |= _add_teleoperation(builder, scenario, scenario.operator, q_start, signals)
-    builder.Connect(signals["state"], controller.GetInputPort("state"))
-    builder.Connect(signals["state_desired"], controller.GetInputPort("state_desired"))
-    builder.Connect(controller.GetOutputPort("actuation"), plant.get_actuation_input_port())
-    signals |= dict(_outputs(controller))
+    signals |= _add_control(builder, scenario, q_start, signals)
+    signals |= _add_drives(builder, scenario, plant, signals)
+    _add_forces(builder, scenario, plant, signals)
 
     add_recorder(builder, scenario, signals, _slow_signals(scenario))
     for name, port in signals.items():
@@ -97,7 +94,7 @@ def _add_plant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
-    add_scara(plant)
+    add_scara(plant, scenario.robot)
     add_walls(plant, scene_graph, scenario.environment)
     plant.Finalize()
     plant.SetDefaultPositions(q_start)
@@ -109,10 +106,6 @@ def _add_contact(builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPl
         "contact", ImpedanceContact(scenario.environment, scenario.time_step)
     )
     builder.Connect(plant.get_state_output_port(), contact.GetInputPort("state"))
-    builder.Connect(
-        contact.GetOutputPort("generalized_force"),
-        plant.get_applied_generalized_force_input_port(),
-    )
     return dict(_outputs(contact))
 
 
@@ -134,7 +127,9 @@ def _add_teleoperation(
     device = operator.open_device()
     joystick = builder.AddNamedSystem("joystick", operator.make_source(device))
     mapping = builder.AddNamedSystem("mapping", JoystickToPose(operator.mapping, period))
-    uplink = builder.AddNamedSystem("uplink", SignalDelay(channel.up, command, period))
+    uplink = builder.AddNamedSystem(
+        "uplink", channel.link("up").make_system(command, period, scenario.stream(0))
+    )
     kinematics = builder.AddNamedSystem(
         "inverse_kinematics",
         InverseKinematicsSystem(
@@ -152,7 +147,8 @@ def _add_teleoperation(
     }
     if "f_env_on_tool_W" in signals:
         downlink = builder.AddNamedSystem(
-            "downlink", SignalDelay(channel.down, np.zeros(3), period)
+            "downlink",
+            channel.link("down").make_system(np.zeros(3), period, scenario.stream(1)),
         )
         haptics = builder.AddNamedSystem("haptics", HapticOutput(scenario.haptics, device))
         builder.Connect(signals["f_env_on_tool_W"], downlink.get_input_port())
@@ -161,6 +157,78 @@ def _add_teleoperation(
         made["delay_down"] = downlink.GetOutputPort("delay")
         made["rumble"] = haptics.GetOutputPort("rumble")
     return made
+
+
+def _add_control(
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+) -> Signals:
+    """Add the controller, what it measures with, and what its references pass through."""
+    period, delays = scenario.time_step, scenario.process_delay
+    at_rest = np.concatenate([q_start, np.zeros(6)])
+    controller = builder.AddNamedSystem("controller", scenario.controller.make_system(period))
+    made: Signals = dict(_outputs(controller))
+
+    state, desired = signals["state"], signals["state_desired"]
+    if scenario.drives.encoder is not None:
+        encoder = scenario.drives.encoder.make_system(period, scenario.stream(2))
+        state = _chain(builder, "encoder", encoder, state)
+    if delays is not None and delays.measurement is not None:
+        state = _chain(
+            builder, "measurement_delay", SignalDelay(delays.measurement, at_rest, period), state
+        )
+    if delays is not None and delays.reference is not None:
+        desired = _chain(
+            builder, "reference_delay", SignalDelay(delays.reference, at_rest, period), desired
+        )
+    builder.Connect(state, controller.GetInputPort("state"))
+    builder.Connect(desired, controller.GetInputPort("state_desired"))
+
+    return made
+
+
+def _add_drives(
+    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, signals: Signals
+) -> Signals:
+    """Lead the controller's effort through the drives to the plant; return what is on the way."""
+    period, delays, drives = scenario.time_step, scenario.process_delay, scenario.drives
+    made: Signals = {}
+    actuation = signals["actuation"]
+    if delays is not None and delays.actuation is not None:
+        delay = SignalDelay(delays.actuation, np.zeros(6), period)
+        actuation = _chain(builder, "actuation_delay", delay, actuation)
+    if drives.lag is not None:
+        actuation = _chain(builder, "actuator_lag", drives.lag.make_system(period), actuation)
+        made["actuation_delivered"] = actuation
+    builder.Connect(actuation, plant.get_actuation_input_port())
+    if drives.friction is not None:
+        friction = drives.friction.make_system(period)
+        made["friction_force"] = _chain(builder, "joint_friction", friction, signals["state"])
+    return made
+
+
+def _add_forces(
+    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, signals: Signals
+) -> None:
+    """Lead the sum of the forces on the joints, beside those of the drives, to the plant."""
+    names = ("generalized_force", "friction_force")
+    forces = [signals[name] for name in names if name in signals]
+    if scenario.perturbation is not None:
+        source = scenario.perturbation.make_system()
+        forces.append(builder.AddNamedSystem("perturbation", source).get_output_port())
+    if len(forces) > 1:
+        total = builder.AddNamedSystem("joint_forces", Adder(len(forces), 6))
+        for index, force in enumerate(forces):
+            builder.Connect(force, total.get_input_port(index))
+        forces = [total.get_output_port()]
+    if forces:
+        builder.Connect(forces[0], plant.get_applied_generalized_force_input_port())
+
+
+def _chain(builder: DiagramBuilder, name: str, system: System, source: OutputPort) -> OutputPort:
+    """Add a system with one input; return its first output."""
+    builder.AddNamedSystem(name, system)
+    builder.Connect(source, system.get_input_port(0))
+    return system.get_output_port(0)
 
 
 def _slow_signals(scenario: Scenario) -> dict[str, float]:

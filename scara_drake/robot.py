@@ -1,16 +1,18 @@
 """The robot: names, ranges, home posture, nominal inertias, and its place in a MultibodyPlant."""
 
-from __future__ import annotations
-
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex, SpatialInertia, UnitInertia
 
+from scara_drake import checks
 from scara_drake.resources import resource
 
 Array = NDArray[np.float64]
@@ -61,12 +63,65 @@ def check_configuration(name: str, q: ArrayLike) -> Array:
     return array
 
 
-def add_scara(plant: MultibodyPlant) -> ModelInstanceIndex:
-    """Add models/scara6.urdf to a plant that is not finalized; its base is welded to the world."""
+@dataclass
+class RobotModel:
+    """How the simulated robot differs from the nominal one, which the controllers know.
+
+    Attributes:
+        mass_scale: factors of the masses and of the rotational inertias of link_1 to link_6; the
+            inertias of the drives stay.
+        payload_mass: of a point mass that the tool holds [kg].
+        payload_offset: where that is, in the tool frame [m].
+    """
+
+    mass_scale: list[float] = field(default_factory=lambda: [1.0] * 6)
+    payload_mass: float = 0.0  # [kg]
+    payload_offset: list[float] = field(default_factory=lambda: [0.0] * 3)  # [m]
+
+    def validate(self, name: str) -> None:
+        """Check the fields; `name` is the path in the scenario.
+
+        Raises:
+            ValueError: a number out of its range.
+        """
+        checks.vector(f"{name}.mass_scale", self.mass_scale, 6, 0.1, 10.0)
+        checks.number(f"{name}.payload_mass", self.payload_mass, 0.0, 500.0)
+        checks.vector(f"{name}.payload_offset", self.payload_offset, 3, -2.0, 2.0)
+
+
+def add_scara(plant: MultibodyPlant, model: RobotModel | None = None) -> ModelInstanceIndex:
+    """Add models/scara6.urdf to a plant that is not finalized; its base is welded to the world.
+
+    Args:
+        plant: receives the robot, and the body ``payload`` where the model has one.
+        model: None is the nominal robot.
+    """
+    model = model or RobotModel()
     parser = Parser(plant)
     parser.package_map().AddPackageXml(resource("models", "package.xml"))
-    (instance,) = parser.AddModels(resource("models", "scara6.urdf"))
+    if all(scale == 1.0 for scale in model.mass_scale):
+        (instance,) = parser.AddModels(resource("models", "scara6.urdf"))
+    else:
+        (instance,) = parser.AddModelsFromString(_scaled_urdf(model.mass_scale), "urdf")
+    if model.payload_mass > 0.0:
+        point = SpatialInertia(model.payload_mass, np.zeros(3), UnitInertia(0.0, 0.0, 0.0))
+        payload = plant.AddRigidBody("payload", instance, point)
+        tool = plant.GetFrameByName(TOOL_FRAME, instance)
+        X_EP = RigidTransform(np.array(model.payload_offset))
+        plant.WeldFrames(tool, payload.body_frame(), X_EP)
     return instance
+
+
+def _scaled_urdf(mass_scale: list[float]) -> str:
+    """Return the URDF with the mass and the inertia of link_1 to link_6 times their factor."""
+    ET.register_namespace("drake", "http://drake.mit.edu")  # Drake looks for its tags by prefix
+    root = ET.parse(resource("models", "scara6.urdf")).getroot()
+    for index, scale in enumerate(mass_scale, start=1):
+        for element in root.findall(f"link[@name='link_{index}']/inertial/*"):
+            if element.tag in ("mass", "inertia"):
+                for key, value in element.attrib.items():
+                    element.set(key, repr(scale * float(value)))
+    return ET.tostring(root, encoding="unicode")
 
 
 @lru_cache(maxsize=1)

@@ -18,10 +18,14 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 
 from scara_drake import checks, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.drives import Drives
 from scara_drake.environment import Environment
 from scara_drake.ik.system import InverseKinematics
+from scara_drake.perturbation import JointPerturbation
+from scara_drake.process_delay import ProcessDelay
 from scara_drake.reference import JointMotion
 from scara_drake.resources import resource
+from scara_drake.robot import RobotModel
 from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.haptics import HapticMapping
 from scara_drake.teleop.operator import Joystick
@@ -61,6 +65,10 @@ class Scenario:
     channel: Channel = field(default_factory=Channel)
     inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
     controller: IntegralSlidingMode = field(default_factory=IntegralSlidingMode)
+    process_delay: ProcessDelay | None = None
+    robot: RobotModel = field(default_factory=RobotModel)
+    drives: Drives = field(default_factory=Drives)
+    perturbation: JointPerturbation | None = None
     environment: Environment = field(default_factory=Environment)
     haptics: HapticMapping = field(default_factory=HapticMapping)
     logging: Logging = field(default_factory=Logging)
@@ -84,6 +92,10 @@ class Scenario:
         check_sampling = getattr(self.controller, "check_sampling", None)
         if check_sampling is not None:
             check_sampling("controller", self.time_step)
+
+    def stream(self, index: int) -> int:
+        """Return the seed of one of up to four systems that draw random numbers."""
+        return 4 * (self.seed % 2**60) + index
 
 
 def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = None) -> Scenario:

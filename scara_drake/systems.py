@@ -4,10 +4,10 @@ from scara_drake.control.integral_sliding_mode import IntegralSlidingModeControl
 from scara_drake.environment import ImpedanceContact
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.reference import JointMotionSource
-from scara_drake.teleop.channel import SignalDelay
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.joystick import JoystickSource
 from scara_drake.teleop.mapping import JoystickToPose
+from scara_drake.teleop.signal_delay import SignalDelay
 
 __all__ = [
     "HapticOutput",

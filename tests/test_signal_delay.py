@@ -13,14 +13,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
 
-from scara_drake.teleop.channel import (
-    Channel,
-    ConstantDelay,
-    SignalDelay,
-    SineDelay,
-    delay_at,
-    push_and_read,
-)
+from scara_drake.teleop.channel import Channel
+from scara_drake.teleop.delays import ConstantDelay, SineDelay
+from scara_drake.teleop.signal_delay import SignalDelay, delay_at, push_and_read
 
 H = 1e-3
 OMEGA = np.array([3.0, 5.0])
@@ -104,14 +99,21 @@ def test_no_delay_is_one_tick() -> None:
 
 @pytest.mark.parametrize(
     "delay",
-    [SineDelay(0.2), SineDelay(0.1, 0.1), SineDelay(0.05, 0.1, 17.0), ConstantDelay(0.12345)],
+    [
+        SineDelay(0.2),
+        SineDelay(0.1, 0.1),
+        SineDelay(0.05, 0.1, 17.0),
+        SineDelay(0.1, phase=math.pi / 2),
+        ConstantDelay(0.12345),
+    ],
 )
 def test_varying_delay_is_within_the_error_of_linear_interpolation(delay: Any) -> None:
     simulator = run(build(delay, signal(0.0)), 6.0)
     times, received = logged(simulator, "signal_received")
     _, tau = logged(simulator, "delay")
     if isinstance(delay, SineDelay):
-        wanted = delay.offset + delay.amplitude * np.sin(delay.frequency * times[:-1])
+        angle = delay.frequency * times[:-1] + delay.phase
+        wanted = delay.offset + delay.amplitude * np.sin(angle)
         np.testing.assert_allclose(tau[1:, 0], np.maximum(wanted, 0.0), atol=1e-15)
     sent_at = times[:-1] - tau[1:, 0]
     begun = sent_at >= 0.0
@@ -185,15 +187,22 @@ def test_ring_reads_what_was_sent_that_long_ago(samples: list[float], age: float
     amplitude=st.floats(0, 2),
     offset=st.floats(-2, 2),
     frequency=st.floats(0, 10),
+    phase=st.floats(-math.pi, math.pi),
     t=st.floats(0, 100),
 )
 def test_delay_stays_between_zero_and_its_maximum(
-    amplitude: float, offset: float, frequency: float, t: float
+    amplitude: float, offset: float, frequency: float, phase: float, t: float
 ) -> None:
-    delay = SineDelay(amplitude, offset, frequency)
+    delay = SineDelay(amplitude, offset, frequency, phase)
     value = delay_at(delay.parameters(), t)
     assert 0.0 <= value <= delay.maximum() + 1e-12
-    assert value == pytest.approx(max(0.0, amplitude * math.sin(frequency * t) + offset))
+    assert value == pytest.approx(max(0.0, amplitude * math.sin(frequency * t + phase) + offset))
+
+
+@pytest.mark.parametrize("t", [0.0, 0.5, 1.2, 5.0, 6.2])
+def test_a_phase_of_a_quarter_turn_is_a_cosine(t: float) -> None:
+    delay = SineDelay(0.1, phase=math.pi / 2)
+    assert delay_at(delay.parameters(), t) == pytest.approx(max(0.1 * math.cos(t), 0.0))
 
 
 def test_presets_of_the_paper() -> None:
@@ -223,6 +232,7 @@ def test_channel_reads_from_yaml_with_tags() -> None:
         (Channel(up=SineDelay(-0.1)), r"channel\.up\.amplitude: -0\.1"),
         (Channel(up=SineDelay(0.1, math.inf)), r"channel\.up\.offset: inf"),
         (Channel(up=SineDelay(0.1, 0.0, -1.0)), r"channel\.up\.frequency: -1"),
+        (Channel(up=SineDelay(0.1, phase=7.0)), r"channel\.up\.phase: 7.0, allowed -6\.28"),
         (Channel(max_delay=math.inf), r"channel\.max_delay: inf"),
     ],
 )
