@@ -143,7 +143,7 @@ def _add_teleoperation(
         **dict(_outputs(joystick)),
         **dict(_outputs(mapping)),
         **dict(_outputs(kinematics)),
-        "delay_up": uplink.GetOutputPort("delay"),
+        **_link_signals(uplink, "up"),
     }
     if "f_env_on_tool_W" in signals:
         downlink = builder.AddNamedSystem(
@@ -153,10 +153,16 @@ def _add_teleoperation(
         haptics = builder.AddNamedSystem("haptics", HapticOutput(scenario.haptics, device))
         builder.Connect(signals["f_env_on_tool_W"], downlink.get_input_port())
         builder.Connect(downlink.GetOutputPort("signal_received"), haptics.get_input_port())
+        made |= _link_signals(downlink, "down")
         made["f_haptic"] = downlink.GetOutputPort("signal_received")
-        made["delay_down"] = downlink.GetOutputPort("delay")
         made["rumble"] = haptics.GetOutputPort("rumble")
     return made
+
+
+def _link_signals(link: System, direction: str) -> Signals:
+    """Return what a link tells about itself: its delay, and of packets the age of information."""
+    names = {"delay": f"delay_{direction}", "age_of_information": f"age_{direction}"}
+    return {names[name]: port for name, port in _outputs(link) if name in names}
 
 
 def _add_control(

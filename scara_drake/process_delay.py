@@ -73,7 +73,7 @@ def perturbation_reading(joint: str | None = None, amplitude: float = AMPLITUDE)
         checks.choice("joint", joint, robot.JOINT_NAMES)
     acts = [joint in (None, name) for name in robot.JOINT_NAMES]
     return {
-        "perturbation.amplitude": [math.sqrt(2.0) * amplitude * on for on in acts],
+        "perturbation.amplitude": [math.sqrt(2.0) * float(amplitude) * on for on in acts],
         "perturbation.frequency": [1.0] * 6,
         "perturbation.phase": [math.pi / 4] * 6,
     }

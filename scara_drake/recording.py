@@ -72,6 +72,8 @@ SIGNALS: dict[str, Signal] = {
     "status": Signal(
         "servo_state", STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
     ),
+    "age_up": Signal("age_up", 0, (), "s", "age of the command in use", False),
+    "age_down": Signal("age_down", 0, (), "s", "age of the force in use", False),
     "saturation": Signal(
         "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
     ),

@@ -7,6 +7,7 @@ from scara_drake.reference import JointMotionSource
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.joystick import JoystickSource
 from scara_drake.teleop.mapping import JoystickToPose
+from scara_drake.teleop.packet_channel import PacketChannel
 from scara_drake.teleop.signal_delay import SignalDelay
 
 __all__ = [
@@ -17,5 +18,6 @@ __all__ = [
     "JointMotionSource",
     "JoystickSource",
     "JoystickToPose",
+    "PacketChannel",
     "SignalDelay",
 ]

@@ -8,10 +8,9 @@ import pytest
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
 from scara_drake import robot
-from scara_drake.perturbation import JointPerturbation, JointPerturbationSource
+from scara_drake.perturbation import JointPerturbation
 from scara_drake.process_delay import CONTROL_DELAY_READINGS, ProcessDelay, perturbation_reading
 from scara_drake.teleop.delays import ConstantDelay, SineDelay
-from scara_drake.teleop.signal_delay import delay_at
 
 
 @dataclass
@@ -34,9 +33,7 @@ def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_po
     delay.validate("process_delay")
     assert delay.reference is None
     for t in np.linspace(0.0, 7.0, 71):
-        ms = 1e3 * np.array(
-            [delay_at(d.parameters(), t) for d in (delay.actuation, delay.measurement)]
-        )
+        ms = 1e3 * np.array([d.at(t) for d in (delay.actuation, delay.measurement)])
         wanted = [max(100 * math.sin(t), 0.0), max(100 * math.cos(t), 0.0)]
         np.testing.assert_allclose(ms, wanted, atol=1e-9)
 
@@ -45,7 +42,7 @@ def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_po
 def test_reading_b_adds_zeta_and_d_to_u(joint):
     perturbation = parts(perturbation_reading(joint)).perturbation
     perturbation.validate("perturbation")
-    system = JointPerturbationSource(perturbation)
+    system = perturbation.make_system()
     context = system.CreateDefaultContext()
     on = np.array([joint in (None, name) for name in robot.JOINT_NAMES])
     peak = 0.0
