@@ -143,6 +143,7 @@ def _add_teleoperation(
         **dict(_outputs(joystick)),
         **dict(_outputs(mapping)),
         **dict(_outputs(kinematics)),
+        "tool_command_received": uplink.GetOutputPort("signal_received"),
         **_link_signals(uplink, "up"),
     }
     if "f_env_on_tool_W" in signals:
@@ -171,6 +172,8 @@ def _add_control(
     """Add the controller, what it measures with, and what its references pass through."""
     period, delays = scenario.time_step, scenario.process_delay
     at_rest = np.concatenate([q_start, np.zeros(6)])
+    operator = scenario.operator
+    first_reference = operator.start_state() if isinstance(operator, JointMotion) else at_rest
     controller = builder.AddNamedSystem("controller", scenario.controller.make_system(period))
     made: Signals = dict(_outputs(controller))
 
@@ -184,7 +187,10 @@ def _add_control(
         )
     if delays is not None and delays.reference is not None:
         desired = _chain(
-            builder, "reference_delay", SignalDelay(delays.reference, at_rest, period), desired
+            builder,
+            "reference_delay",
+            SignalDelay(delays.reference, first_reference, period),
+            desired,
         )
     builder.Connect(state, controller.GetInputPort("state"))
     builder.Connect(desired, controller.GetInputPort("state_desired"))

@@ -72,6 +72,9 @@ SIGNALS: dict[str, Signal] = {
     "status": Signal(
         "servo_state", STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
     ),
+    "p_WE_received": Signal(
+        "tool_command_received", 0, _AXIS, "m", "tool command after the channel", False
+    ),
     "age_up": Signal("age_up", 0, (), "s", "age of the command in use", False),
     "age_down": Signal("age_down", 0, (), "s", "age of the force in use", False),
     "saturation": Signal(

@@ -92,6 +92,7 @@ class Scenario:
         check_sampling = getattr(self.controller, "check_sampling", None)
         if check_sampling is not None:
             check_sampling("controller", self.time_step)
+        self.drives.check_sampling("drives", self.time_step)
 
     def stream(self, index: int) -> int:
         """Return the seed of one of up to four systems that draw random numbers."""

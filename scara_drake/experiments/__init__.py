@@ -7,9 +7,11 @@ from typing import Final
 
 from scara_drake.experiments import (
     figure_22,
+    figure_28,
     figures_8_9,
     figures_10_11,
     figures_12_15,
+    figures_20_27,
     orientation_drift,
     table_5,
     table_6,
@@ -35,7 +37,9 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figures_10_11": figures_10_11.run,
     "figures_12_15": figures_12_15.run,
     "orientation_drift": orientation_drift.run,
+    "figures_20_27": figures_20_27.run,
     "figure_22": figure_22.run,
+    "figure_28": figure_28.run,
 }
 
 __all__ = [
