@@ -39,6 +39,8 @@ SMALL = {
     "figures_12_15": {"paths": 4},
     "orientation_drift": {"paths": 6},
     "figure_22": {"duration": 1.8},
+    "figures_20_27": {"duration": 2.5},
+    "figure_28": {"duration": 18.0},
 }
 
 

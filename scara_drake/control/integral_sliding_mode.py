@@ -23,6 +23,7 @@ from pydrake.systems.framework import DiscreteValues
 from scara_drake import checks, robot
 from scara_drake.control.chatter import check_chatter
 from scara_drake.control.controller import JointController, limit_effort
+from scara_drake.control.gravity import gravity_effort, gravity_parameters
 from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
@@ -215,7 +216,7 @@ class IntegralSlidingModeController(JointController):
     def __init__(self, gains: IntegralSlidingMode, period: float = 1e-3):
         super().__init__(period)
         self._gains = gains.array()
-        self._gravity = None
+        self._gravity = gravity_parameters() if gains.gravity_compensation else None
         self._s = declare_state(self, 6, "sliding_variable")
         self._z = declare_state(self, 6)
         self._v_desired = declare_state(self, 6) if gains.acceleration_feedforward else None
@@ -257,7 +258,7 @@ class IntegralSlidingModeController(JointController):
             return self._none
         effort = np.zeros(6)
         if self._gravity is not None:
-            pass
+            gravity_effort(state[:6], self._gravity, effort)
         if self._v_desired is not None:
             before = discrete.get_mutable_value(self._v_desired)
             effort += self._m_hat * (desired[6:] - before) / self.period
