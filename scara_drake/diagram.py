@@ -29,6 +29,7 @@ from scara_drake.reference import JointMotion, JointMotionSource
 from scara_drake.robot import add_scara
 from scara_drake.scenario import Scenario
 from scara_drake.teleop.haptics import HapticOutput
+from scara_drake.teleop.kinesthetic import KinestheticOutput
 from scara_drake.teleop.mapping import JoystickToPose, initial_command
 from scara_drake.teleop.operator import Joystick
 from scara_drake.teleop.signal_delay import SignalDelay
@@ -157,6 +158,9 @@ def _add_teleoperation(
         made |= _link_signals(downlink, "down")
         made["f_haptic"] = downlink.GetOutputPort("signal_received")
         made["rumble"] = haptics.GetOutputPort("rumble")
+        if scenario.kinesthetic is not None:
+            device_force = KinestheticOutput(scenario.kinesthetic, period)
+            made["f_kinesthetic"] = _chain(builder, "kinesthetic", device_force, made["f_haptic"])
     return made
 
 

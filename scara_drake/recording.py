@@ -72,6 +72,9 @@ SIGNALS: dict[str, Signal] = {
     "status": Signal(
         "servo_state", STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
     ),
+    "f_kinesthetic": Signal(
+        "f_kinesthetic", 0, _AXIS, "N", "force on the hand by a kinesthetic device", False
+    ),
     "p_WE_received": Signal(
         "tool_command_received", 0, _AXIS, "m", "tool command after the channel", False
     ),

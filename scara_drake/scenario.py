@@ -28,6 +28,7 @@ from scara_drake.resources import resource
 from scara_drake.robot import RobotModel
 from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.haptics import HapticMapping
+from scara_drake.teleop.kinesthetic import KinestheticMapping
 from scara_drake.teleop.operator import Joystick
 
 
@@ -71,6 +72,7 @@ class Scenario:
     perturbation: JointPerturbation | None = None
     environment: Environment = field(default_factory=Environment)
     haptics: HapticMapping = field(default_factory=HapticMapping)
+    kinesthetic: KinestheticMapping | None = None
     logging: Logging = field(default_factory=Logging)
 
     def validate(self) -> None:

@@ -6,6 +6,7 @@ from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.reference import JointMotionSource
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.joystick import JoystickSource
+from scara_drake.teleop.kinesthetic import KinestheticOutput
 from scara_drake.teleop.mapping import JoystickToPose
 from scara_drake.teleop.packet_channel import PacketChannel
 from scara_drake.teleop.signal_delay import SignalDelay
@@ -18,6 +19,7 @@ __all__ = [
     "JointMotionSource",
     "JoystickSource",
     "JoystickToPose",
+    "KinestheticOutput",
     "PacketChannel",
     "SignalDelay",
 ]

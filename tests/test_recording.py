@@ -30,7 +30,8 @@ def test_dims_units_and_attributes(run):
     dims = {
         ("time", "joint"): "q_measured q_desired v_measured v_desired tau_commanded tau_applied "
         "sliding_variable saturation",
-        ("time", "axis"): "p_WE_measured p_WE_desired p_WE_commanded f_env_on_tool_W f_haptic",
+        ("time", "axis"): "p_WE_measured p_WE_desired p_WE_commanded p_WE_received f_env_on_tool_W "
+        "f_haptic",
         ("time", "surface"): "penetration",
         ("time", "motor"): "rumble",
         ("time", "stick"): "joystick_axes",
