@@ -18,6 +18,9 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 
 from scara_drake import checks, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.inverse_dynamics import InverseDynamics
+from scara_drake.control.pid import Pid
+from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.drives import Drives
 from scara_drake.environment import Environment
 from scara_drake.ik.system import InverseKinematics
@@ -30,6 +33,9 @@ from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.haptics import HapticMapping
 from scara_drake.teleop.kinesthetic import KinestheticMapping
 from scara_drake.teleop.operator import Joystick
+
+
+Controller = IntegralSlidingMode | SlidingMode | Pid | InverseDynamics
 
 
 @dataclass
@@ -65,7 +71,7 @@ class Scenario:
     operator: Joystick | JointMotion = field(default_factory=Joystick)
     channel: Channel = field(default_factory=Channel)
     inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
-    controller: IntegralSlidingMode = field(default_factory=IntegralSlidingMode)
+    controller: Controller = field(default_factory=IntegralSlidingMode)
     process_delay: ProcessDelay | None = None
     robot: RobotModel = field(default_factory=RobotModel)
     drives: Drives = field(default_factory=Drives)

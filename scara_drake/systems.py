@@ -1,8 +1,13 @@
 """The LeafSystems of the package, gathered; each lives with its subject."""
 
 from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
+from scara_drake.control.pid import PidController
+from scara_drake.control.sliding_mode import SlidingModeController
+from scara_drake.drives import ActuatorLagSystem, JointFrictionSystem
+from scara_drake.encoder import EncoderSystem
 from scara_drake.environment import ImpedanceContact
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.perturbation import JointPerturbationSource
 from scara_drake.reference import JointMotionSource
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.joystick import JoystickSource
@@ -12,14 +17,20 @@ from scara_drake.teleop.packet_channel import PacketChannel
 from scara_drake.teleop.signal_delay import SignalDelay
 
 __all__ = [
+    "ActuatorLagSystem",
+    "EncoderSystem",
     "HapticOutput",
     "ImpedanceContact",
     "IntegralSlidingModeController",
     "InverseKinematicsSystem",
+    "JointFrictionSystem",
     "JointMotionSource",
+    "JointPerturbationSource",
     "JoystickSource",
     "JoystickToPose",
     "KinestheticOutput",
     "PacketChannel",
+    "PidController",
     "SignalDelay",
+    "SlidingModeController",
 ]

@@ -41,6 +41,7 @@ SMALL = {
     "figure_22": {"duration": 1.8},
     "figures_20_27": {"duration": 2.5},
     "figure_28": {"duration": 18.0},
+    "figures_29_30": {"duration": 5.0},
 }
 
 

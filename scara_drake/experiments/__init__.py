@@ -12,6 +12,7 @@ from scara_drake.experiments import (
     figures_10_11,
     figures_12_15,
     figures_20_27,
+    figures_29_30,
     orientation_drift,
     table_5,
     table_6,
@@ -40,6 +41,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figures_20_27": figures_20_27.run,
     "figure_22": figure_22.run,
     "figure_28": figure_28.run,
+    "figures_29_30": figures_29_30.run,
 }
 
 __all__ = [
