@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from scara_drake import __version__, ik_command, metrics, robot
+from scara_drake import __version__, ik_command, metrics, robot, tune_command
 from scara_drake.block_diagram import render_svg
 from scara_drake.diagram import make_diagram
 from scara_drake.recording import save_recording
@@ -80,6 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     diagrams.set_defaults(command=_diagrams)
 
     ik_command.add_parser(commands)
+    tune_command.add_parser(commands)
     replay = commands.add_parser("replay", help="play a recording again", add_help=False)
     replay.add_argument("arguments", nargs=argparse.REMAINDER)
     replay.set_defaults(command=_replay)

@@ -22,6 +22,7 @@ from pydrake.multibody.plant import (
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Adder
 
+from scara_drake.control.contact_estimate import ContactForceEstimator
 from scara_drake.environment import ImpedanceContact, add_walls
 from scara_drake.ik.system import InverseKinematicsSystem, first_posture
 from scara_drake.recording import add_recorder
@@ -196,8 +197,15 @@ def _add_control(
             SignalDelay(delays.reference, first_reference, period),
             desired,
         )
+    if scenario.governor is not None:
+        governor = builder.AddNamedSystem("governor", scenario.governor.make_system(period))
+        made |= _connect(builder, governor, {**made, "state": state, "state_desired": desired})
+        desired = made["state_desired_governed"]
     builder.Connect(state, controller.GetInputPort("state"))
     builder.Connect(desired, controller.GetInputPort("state_desired"))
+    if "perturbation_estimate" in made:
+        estimator = builder.AddNamedSystem("contact_estimate", ContactForceEstimator())
+        made |= _connect(builder, estimator, {**made, "state": state})
 
     return made
 
@@ -238,6 +246,14 @@ def _add_forces(
         forces = [total.get_output_port()]
     if forces:
         builder.Connect(forces[0], plant.get_applied_generalized_force_input_port())
+
+
+def _connect(builder: DiagramBuilder, system: System, signals: Signals) -> Signals:
+    """Connect the inputs of a system to the signals of their names; return its outputs."""
+    for name, port in signals.items():
+        if system.HasInputPort(name):
+            builder.Connect(port, system.GetInputPort(name))
+    return dict(_outputs(system))
 
 
 def _chain(builder: DiagramBuilder, name: str, system: System, source: OutputPort) -> OutputPort:

@@ -17,8 +17,10 @@ import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
 from scara_drake import checks, robot
+from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
+from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.drives import Drives
@@ -35,7 +37,7 @@ from scara_drake.teleop.kinesthetic import KinestheticMapping
 from scara_drake.teleop.operator import Joystick
 
 
-Controller = IntegralSlidingMode | SlidingMode | Pid | InverseDynamics
+Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
 
 @dataclass
@@ -72,6 +74,7 @@ class Scenario:
     channel: Channel = field(default_factory=Channel)
     inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
     controller: Controller = field(default_factory=IntegralSlidingMode)
+    governor: ReferenceGovernor | None = None
     process_delay: ProcessDelay | None = None
     robot: RobotModel = field(default_factory=RobotModel)
     drives: Drives = field(default_factory=Drives)

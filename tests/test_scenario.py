@@ -76,7 +76,7 @@ BAD = [
     ({"controller.k": -1.0}, r"^controller\.k\[0\]: -1\.0, allowed 0 or more, finite$"),
     ({"controller.rho": float("nan")}, r"^controller\.rho\[0\]: nan, allowed 0 or more"),
     ({"controller.k": [1.0, 2.0]}, r"^controller\.k: 2 entries, allowed 6$"),
-    ({"controller": "!Magic {}"}, r"^controller: 'Magic', allowed IntegralSlidingMode, SlidingMode"),
+    ({"controller": "!Magic {}"}, r"^controller: 'Magic', allowed IntegralSlidingMode, ObserverSlidingMode"),
     ({"operator": "!Magic {}"}, r"^operator: 'Magic', allowed Joystick, JointMotion$"),
     ({"channel.up": "!ConstantDelay {delay: 9}"}, r"^channel\.up.*9 s, allowed 0 to 2\.5 s"),
     ({"channel.up": "!ConstantDelay {delay: -1}"}, r"^channel\.up\.delay: -1"),
