@@ -22,8 +22,9 @@ from pydrake.multibody.plant import (
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Adder
 
+from scara_drake.bilateral import add_bilateral
 from scara_drake.control.contact_estimate import ContactForceEstimator
-from scara_drake.environment import ImpedanceContact, add_walls
+from scara_drake.environment import ImpedanceContact, add_surfaces
 from scara_drake.ik.system import InverseKinematicsSystem, first_posture
 from scara_drake.recording import add_recorder
 from scara_drake.reference import JointMotion, JointMotionSource
@@ -32,6 +33,7 @@ from scara_drake.scenario import Scenario
 from scara_drake.teleop.haptics import HapticOutput
 from scara_drake.teleop.kinesthetic import KinestheticOutput
 from scara_drake.teleop.mapping import JoystickToPose, initial_command
+from scara_drake.teleop.master import Master
 from scara_drake.teleop.operator import Joystick
 from scara_drake.teleop.signal_delay import SignalDelay
 from scara_drake.visualization import add_visualization
@@ -58,10 +60,13 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     signals: Signals = {"state": plant.get_state_output_port()}
     if scenario.environment.surfaces:
         signals |= _add_contact(builder, scenario, plant)
-    if isinstance(scenario.operator, JointMotion):
-        signals |= _add_joint_motion(builder, scenario.operator)
+    operator = scenario.operator
+    if isinstance(operator, JointMotion):
+        signals |= _add_joint_motion(builder, operator)
+    elif isinstance(operator, Master):
+        signals |= _add_bilateral(builder, scenario, operator, q_start, signals)
     else:
-        signals |= _add_teleoperation(builder, scenario, scenario.operator, q_start, signals)
+        signals |= _add_teleoperation(builder, scenario, operator, q_start, signals)
     signals |= _add_control(builder, scenario, q_start, signals)
     signals |= _add_drives(builder, scenario, plant, signals)
     _add_forces(builder, scenario, plant, signals)
@@ -85,7 +90,10 @@ def start_posture(scenario: Scenario) -> Array:
         return np.array(scenario.q0, dtype=np.float64)
     if isinstance(scenario.operator, JointMotion):
         return scenario.operator.start_state()[:6]
-    command = initial_command(scenario.operator.mapping)
+    if isinstance(scenario.operator, Master):
+        command = scenario.operator.first_command()
+    else:
+        command = initial_command(scenario.operator.mapping)
     return first_posture(scenario.inverse_kinematics, command, scenario.seed)
 
 
@@ -97,7 +105,7 @@ def _add_plant(
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
     add_scara(plant, scenario.robot)
-    add_walls(plant, scene_graph, scenario.environment)
+    add_surfaces(plant, scene_graph, scenario.environment)
     plant.Finalize()
     plant.SetDefaultPositions(q_start)
     return plant, scene_graph
@@ -162,6 +170,25 @@ def _add_teleoperation(
         if scenario.kinesthetic is not None:
             device_force = KinestheticOutput(scenario.kinesthetic, period)
             made["f_kinesthetic"] = _chain(builder, "kinesthetic", device_force, made["f_haptic"])
+    return made
+
+
+def _add_bilateral(
+    builder: DiagramBuilder, scenario: Scenario, master: Master, q_start: Array, signals: Signals
+) -> Signals:
+    """Add a master that can be pushed, its coupling, the channel and the inverse kinematics."""
+    made = add_bilateral(
+        builder,
+        master,
+        scenario.coupling,
+        scenario.channel,
+        scenario.inverse_kinematics,
+        q_start,
+        signals.get("f_env_on_tool_W"),
+        scenario.time_step,
+        (scenario.stream(0), scenario.stream(1), scenario.seed),
+    )
+    made["tool_command_received"] = made.pop("tool_command")
     return made
 
 
@@ -265,7 +292,7 @@ def _chain(builder: DiagramBuilder, name: str, system: System, source: OutputPor
 
 def _slow_signals(scenario: Scenario) -> dict[str, float]:
     """Return the periods [s] of the signals that change less often than every time step."""
-    if isinstance(scenario.operator, JointMotion):
+    if not isinstance(scenario.operator, Joystick):
         return {}
     return {"joystick_axes": scenario.operator.sample_period, "rumble": scenario.haptics.period}
 

@@ -75,6 +75,17 @@ SIGNALS: dict[str, Signal] = {
     "f_kinesthetic": Signal(
         "f_kinesthetic", 0, _AXIS, "N", "force on the hand by a kinesthetic device", False
     ),
+    "x_master": Signal("motion_master", 0, _AXIS, "m", "motion of the master's device", False),
+    "v_master": Signal("motion_master", 3, _AXIS, "m/s", "rate of the master's device", False),
+    "f_master": Signal(
+        "f_master", 0, _AXIS, "N", "force of the device, before its actuators' limit", False
+    ),
+    "f_hand": Signal("f_hand", 0, _AXIS, "N", "force of the hand on the device", False),
+    "hand_target": Signal("hand_target", 0, _AXIS, "m", "where the hand wants to be", False),
+    "energy_master_in": Signal("energy_master", 0, _AXIS, "J", "taken from the hand", False),
+    "energy_master_out": Signal("energy_master", 3, _AXIS, "J", "given to the hand", False),
+    "energy_slave_in": Signal("energy_slave", 0, _AXIS, "J", "given back by the slave", False),
+    "energy_slave_out": Signal("energy_slave", 3, _AXIS, "J", "given to the slave", False),
     "p_WE_received": Signal(
         "tool_command_received", 0, _AXIS, "m", "tool command after the channel", False
     ),

@@ -32,11 +32,17 @@ from scara_drake.reference import JointMotion
 from scara_drake.resources import resource
 from scara_drake.robot import RobotModel
 from scara_drake.teleop.channel import Channel
+from scara_drake.teleop.coupling.direct import Direct, ScaledForce
+from scara_drake.teleop.coupling.model_mediated import ModelMediated
+from scara_drake.teleop.coupling.position_damping import PositionDamping
+from scara_drake.teleop.coupling.tdpa import Tdpa
+from scara_drake.teleop.coupling.wave_variables import WaveVariables
 from scara_drake.teleop.haptics import HapticMapping
 from scara_drake.teleop.kinesthetic import KinestheticMapping
+from scara_drake.teleop.master import Master
 from scara_drake.teleop.operator import Joystick
 
-
+Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
 
@@ -70,7 +76,8 @@ class Scenario:
     seed: int = 0
     time_step: float = 1e-3  # [s], of the plant and of every block of the 1 kHz loop
     q0: list[float] | None = None  # [m], [rad]; None: where the first reference is
-    operator: Joystick | JointMotion = field(default_factory=Joystick)
+    operator: Joystick | Master | JointMotion = field(default_factory=Joystick)
+    coupling: Coupling = field(default_factory=Tdpa)
     channel: Channel = field(default_factory=Channel)
     inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
     controller: Controller = field(default_factory=IntegralSlidingMode)

@@ -1,10 +1,11 @@
-"""What the operator sees in Meshcat: robot, walls, desired tool, trail, contact force, Stop button.
+"""What the operator sees in Meshcat: robot, surfaces, ghost, trail, contact force, Stop button.
 
 Everything that moves is drawn by transforms and properties with a time stamp, never by replacing
 shapes, so that a recording plays in the saved page as the run did.
 """
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -17,7 +18,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues, LeafSystem
 from pydrake.visualization import ApplyVisualizationConfig, VisualizationConfig
 
-from scara_drake.environment import Environment
+from scara_drake.environment import Environment, Surface
+from scara_drake.environment.scene import drawing
 from scara_drake.kinematics import rotation_from_quaternion_kernel, tool_pose_kernel
 
 Array = NDArray[np.float64]
@@ -42,12 +44,10 @@ _ROOT = "annotations"
 
 
 def set_camera(meshcat: Meshcat, environment: Environment) -> None:
-    """Look at the arm, the foot of the mast and the walls from the operator's side."""
+    """Look at the arm, the foot of the mast and the surfaces from the operator's side."""
     points = [p.copy() for p in _ARM]
-    for wall in environment.surfaces:
-        width, height = wall.size
-        corners = [[x * width / 2, y * height / 2, 0.0] for x in (-1, 1) for y in (-1, 1)]
-        points += [wall.pose() @ np.array(corner) for corner in corners]
+    for surface in environment.surfaces:
+        points += list(surface.corners())
     target = (np.min(points, axis=0) + np.max(points, axis=0)) / 2
     # The camera's axes; the nearest distance from which each point falls within the picture.
     back = _VIEW / np.linalg.norm(_VIEW)
@@ -67,6 +67,8 @@ def set_camera(meshcat: Meshcat, environment: Environment) -> None:
 class SceneAnnotations(LeafSystem):
     """Draws in Meshcat the desired tool as a ghost, the trail of the tool and the contact force.
 
+    And the surfaces that move, where they are; those at rest are in the plant's geometry.
+
     Input ports (the last two may stay unconnected; what they describe is not drawn then):
         state (12): q, v measured [m, rad, m/s, rad/s]
         X_WE_desired (7): p (3) [m], quaternion w, x, y, z of the desired tool
@@ -76,10 +78,10 @@ class SceneAnnotations(LeafSystem):
     Publish (every PERIOD): the pictures, at the time of the context in a recording.
     """
 
-    def __init__(self, meshcat: Meshcat, points: int = 64):
+    def __init__(self, meshcat: Meshcat, points: int = 64, surfaces: Sequence[Surface] = ()):
         super().__init__()
-        self._meshcat = meshcat
-        self._points = points
+        self._meshcat, self._points = meshcat, points
+        self._moving = [surface for surface in surfaces if surface.motion is not None]
         self._state = self.DeclareVectorInputPort("state", 12)
         self._desired = self.DeclareVectorInputPort("X_WE_desired", 7)
         self._force = self.DeclareVectorInputPort("f_env_on_tool_W", 3)
@@ -114,6 +116,11 @@ class SceneAnnotations(LeafSystem):
         _draw_arrow(meshcat, f"{_ROOT}/force")
         for index in range(self._points):
             meshcat.SetObject(f"{_ROOT}/trail/{index}/tube", Cylinder(0.008, 1.0), TRAIL_COLOR)
+        for surface in self._moving:
+            for name, shape, X_SG, color in drawing(surface):
+                path = f"{_ROOT}/surfaces/{surface.name}/{name}"
+                meshcat.SetObject(path, shape, Rgba(*color))
+                meshcat.SetTransform(path, X_SG)
         self._place(context, range(self._points))
 
     def _move(self, context: Context) -> None:
@@ -127,6 +134,9 @@ class SceneAnnotations(LeafSystem):
         time, tool = context.get_time(), self._tool_point(context)
         self._place_ghost(context, time)
         self._place_force(context, time, tool)
+        for surface in self._moving:
+            path = f"{_ROOT}/surfaces/{surface.name}"
+            self._meshcat.SetTransform(path, surface.pose_at(time), time)
         trail = context.get_discrete_state(self._trail).value()
         newest, points = int(trail[0]), trail[1:].reshape(-1, 3)
         self._meshcat.SetProperty(f"{_ROOT}/trail", "visible", newest >= 0, time)
@@ -204,10 +214,10 @@ def add_visualization(
 
     Args:
         builder: of the Diagram that holds the plant and the scene graph.
-        plant: with the robot and the walls.
+        plant: with the robot and the surfaces.
         scene_graph: of the plant.
         meshcat: where to draw; its camera is set.
-        environment: the walls, for the camera.
+        environment: the surfaces, for the camera and for those that move.
         collision_shapes: also offers Drake's collision shapes and contact forces, for debugging.
     """
     config = VisualizationConfig(
@@ -225,7 +235,9 @@ def add_visualization(
         lcm=DrakeLcm("memq://null"),  # nothing goes on the network
     )
     set_camera(meshcat, environment)
-    return builder.AddNamedSystem("annotations", SceneAnnotations(meshcat))
+    return builder.AddNamedSystem(
+        "annotations", SceneAnnotations(meshcat, surfaces=environment.surfaces)
+    )
 
 
 class StopButton:

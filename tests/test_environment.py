@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +16,19 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from scara_drake import kinematics, robot
 from scara_drake.environment import (
+    Box,
+    ConstantVelocity,
+    Cylinder,
     Environment,
     ImpedanceContact,
+    SineMotion,
+    Surface,
     Wall,
-    add_walls,
+    add_surfaces,
     contact_force,
     tool_contact,
 )
+from scara_drake.scenario import dump_scenario, load_scenario
 
 settings.register_profile("kernels", deadline=None)  # the first call of a kernel compiles it
 settings.load_profile("kernels")
@@ -44,7 +51,7 @@ def unit(normal: Iterable[float]) -> list[float]:
 
 def force(wall: Wall, p: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, float]:
     penetration, f = np.empty(1), np.empty(3)
-    contact_force(p, v, Environment([wall]).parameters(), penetration, f)
+    contact_force(0.0, p, v, Environment([wall]).parameters(), penetration, f)
     return f, penetration[0]
 
 
@@ -107,7 +114,9 @@ def test_entering_at_200_mm_per_s_steps_by_less_than_8_newton_a_millisecond() ->
 def test_the_forces_of_two_walls_add_up() -> None:
     corner = Environment([Wall(name="a", point=[0, 0, 0]), Wall("b", [0, 0, 0], [1.0, 0, 0])])
     penetration, f = np.empty(2), np.empty(3)
-    contact_force(np.array([-0.02, -0.01, 5]), np.zeros(3), corner.parameters(), penetration, f)
+    contact_force(
+        0.0, np.array([-0.02, -0.01, 5]), np.zeros(3), corner.parameters(), penetration, f
+    )
     np.testing.assert_allclose(f, [200, 100, 0])
     np.testing.assert_allclose(penetration, [0.01, 0.02])
 
@@ -117,7 +126,7 @@ def test_the_generalized_force_does_the_power_of_the_force(state, depth, normal)
     state = np.array(state)
     wall = wall_through_tool(state[:6], depth, normal)
     penetration, f, tau = np.empty(1), np.empty(3), np.empty(6)
-    tool_contact(state, Environment([wall]).parameters(), penetration, f, tau)
+    tool_contact(0.0, state, Environment([wall]).parameters(), penetration, f, tau)
     # The velocity of the tool point by central differences of its position.
     h = 1e-6
     ahead, behind = (
@@ -131,7 +140,7 @@ def robot_diagram(environment: Environment) -> tuple[Diagram, MultibodyPlant, Im
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
     robot.add_scara(plant)
-    add_walls(plant, scene_graph, environment)
+    add_surfaces(plant, scene_graph, environment)
     plant.Finalize()
     contact = builder.AddSystem(ImpedanceContact(environment))
     builder.Connect(plant.get_state_output_port(), contact.GetInputPort("state"))
@@ -154,7 +163,7 @@ def test_force_and_generalized_force_agree_with_drake(plant, state, normal) -> N
     )
     wall = wall_through_tool(state[:6], 0.05, normal)
     penetration, f, tau = np.empty(1), np.empty(3), np.empty(6)
-    tool_contact(state, Environment([wall]).parameters(), penetration, f, tau)
+    tool_contact(0.0, state, Environment([wall]).parameters(), penetration, f, tau)
     n = np.array(wall.normal)
     expected = max(0.0, 1e4 * 0.05 - 100.0 * float(n @ J @ state[6:])) * n
     np.testing.assert_allclose(f, expected, atol=1e-6)
@@ -257,7 +266,7 @@ def test_the_force_is_that_of_the_state_from_which_the_plant_steps_next() -> Non
     state = plant.get_state_output_port().Eval(context)
     assert np.linalg.norm(state[6:]) > 1e-2  # it moves, so that a tick of delay would show
     penetration, f, tau = np.empty(1), np.empty(3), np.empty(6)
-    tool_contact(state, Environment([wall]).parameters(), penetration, f, tau)
+    tool_contact(0.0, state, Environment([wall]).parameters(), penetration, f, tau)
     own = contact.GetMyContextFromRoot(simulator.get_context())
     assert contact.GetOutputPort("f_env_on_tool_W").Eval(own).tobytes() == f.tobytes()
     assert f[1] > 0.0
@@ -343,6 +352,80 @@ def test_yaml() -> None:
 def test_invalid_walls_name_the_field(wall: Wall, field: str) -> None:
     with pytest.raises(ValueError, match=rf"environment\.surfaces\[0\]\.{field}.*allowed"):
         Environment([wall]).validate("environment")
+
+
+SURFACES = """
+- {name: panel, point: [1, 0, 3]}
+- !Wall {name: door, motion: {velocity: [0, 0.1, 0]}}
+- !Box {name: table, law: hunt_crossley, exponent: 1.5, motion: !SineMotion {amplitude: 0.01}}
+- !Cylinder {law: drake, stiffness: 5000}
+"""
+
+
+def test_surfaces_of_all_kinds_in_a_scenario() -> None:
+    scenario = load_scenario("teleoperation", {"environment.surfaces": SURFACES})
+    surfaces = scenario.environment.surfaces
+    assert [type(surface) for surface in surfaces] == [Wall, Wall, Box, Cylinder]
+    assert scenario.environment.names() == ["panel", "door", "table", "pipe"]
+    assert surfaces[0] == Wall(name="panel", point=[1.0, 0.0, 3.0])
+    assert surfaces[1].motion == ConstantVelocity([0.0, 0.1, 0.0])
+    assert surfaces[2] == Box(
+        "table", law="hunt_crossley", exponent=1.5, motion=SineMotion(amplitude=0.01)
+    )
+    assert surfaces[3] == Cylinder(law="drake", stiffness=5000.0)
+
+
+def test_a_scenario_with_all_kinds_of_surface_survives_being_written(tmp_path: Path) -> None:
+    scenario = load_scenario("teleoperation", {"environment.surfaces": SURFACES})
+    path = tmp_path / "written.yaml"
+    path.write_text(dump_scenario(scenario))
+    assert load_scenario(path).environment == scenario.environment
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "message"),
+    [
+        ("[!Pipe {}]", r"environment\.surfaces\[0\]: 'Pipe', allowed Wall, Box, Cylinder"),
+        ("[{}, !Box {radius: 1}]", r"environment\.surfaces\[1\]\.radius: unknown field"),
+        ("[!Cylinder {size: [1, 1]}]", r"environment\.surfaces\[0\]\.size: unknown field"),
+        ("[3]", r"environment\.surfaces\[0\]: 3, allowed the fields of Wall or Box or Cylinder"),
+        ("[!Wall {motion: !Jump {}}]", r"surfaces\[0\]\.motion: 'Jump', allowed ConstantVelocity"),
+        ("[!Wall {motion: 3}]", r"surfaces\[0\]\.motion: 3, allowed the fields of"),
+    ],
+)
+def test_wrong_surfaces_of_a_scenario_are_named(surfaces: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        load_scenario("teleoperation", {"environment.surfaces": surfaces})
+
+
+@pytest.mark.parametrize(
+    ("surface", "field"),
+    [
+        (Box(centre=[0, 0]), "centre: 2 entries"),
+        (Box(rpy=[0, 0, 9.0]), r"rpy\[2\]: 9"),
+        (Box(size=[1.0, 0.0, 1.0]), r"size\[1\]: 0"),
+        (Box(size=[1.0, 0.1, 1.0], edge_radius=0.06), "edge_radius: 0.06"),
+        (Box(name="a/b"), "name: 'a/b'"),
+        (Cylinder(point=[0]), "point: 1 entries"),
+        (Cylinder(direction=[0, 1.0, 1.0]), "direction: length 1.414"),
+        (Cylinder(radius=0.0), "radius: 0"),
+        (Cylinder(length=-1.0), "length: -1"),
+        (Cylinder(edge_radius=0.2), "edge_radius: 0.2"),
+        (Wall(law="spring"), "law: 'spring'"),
+        (Wall(exponent=2.0), "exponent: 2"),
+        (Wall(alpha=-0.1), "alpha: -0.1"),
+        (Wall(law="drake", stiffness=0.0), "stiffness: 0"),
+        (Wall(law="drake", motion=SineMotion()), "motion: set"),
+        (Wall(motion=SineMotion(direction=[0, 2.0, 0])), r"motion\.direction"),
+        (Wall(motion=SineMotion(frequency=-1.0)), r"motion\.frequency: -1"),
+        (Wall(motion=SineMotion(amplitude=float("inf"))), r"motion\.amplitude: inf"),
+        (Wall(motion=SineMotion(phase=20.0)), r"motion\.phase: 20"),
+        (Wall(motion=ConstantVelocity([0, 3.0, 0])), r"motion\.velocity\[1\]: 3"),
+    ],
+)
+def test_invalid_surfaces_name_the_field(surface: Surface, field: str) -> None:
+    with pytest.raises(ValueError, match=rf"environment\.surfaces\[0\]\.{field}.*allowed"):
+        Environment([surface]).validate("environment")
 
 
 def test_two_walls_of_one_name_are_refused() -> None:

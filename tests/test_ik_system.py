@@ -22,7 +22,13 @@ def test_ports():
     system, _ = system_and_context()
     assert ports(system) == (
         {"tool_command": 8},
-        {"state_desired": 12, "servo_state": 17, "X_WE_desired": 7, "status": 1},
+        {
+            "state_desired": 12,
+            "servo_state": 17,
+            "X_WE_desired": 7,
+            "status": 1,
+            "motion_limited": 6,
+        },
     )
 
 

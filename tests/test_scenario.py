@@ -76,8 +76,11 @@ BAD = [
     ({"controller.k": -1.0}, r"^controller\.k\[0\]: -1\.0, allowed 0 or more, finite$"),
     ({"controller.rho": float("nan")}, r"^controller\.rho\[0\]: nan, allowed 0 or more"),
     ({"controller.k": [1.0, 2.0]}, r"^controller\.k: 2 entries, allowed 6$"),
-    ({"controller": "!Magic {}"}, r"^controller: 'Magic', allowed IntegralSlidingMode, ObserverSlidingMode"),
-    ({"operator": "!Magic {}"}, r"^operator: 'Magic', allowed Joystick, JointMotion$"),
+    (
+        {"controller": "!Magic {}"},
+        r"^controller: 'Magic', allowed IntegralSlidingMode, ObserverSlidingMode",
+    ),
+    ({"operator": "!Magic {}"}, r"^operator: 'Magic', allowed Joystick, Master, JointMotion$"),
     ({"channel.up": "!ConstantDelay {delay: 9}"}, r"^channel\.up.*9 s, allowed 0 to 2\.5 s"),
     ({"channel.up": "!ConstantDelay {delay: -1}"}, r"^channel\.up\.delay: -1"),
     ({"operator.trace": "none.csv"}, r"none\.csv.*allowed a CSV file that exists"),
@@ -102,7 +105,7 @@ def test_bad_values_are_refused_in_one_line(overrides, message):
 
 
 def test_bad_files_are_refused_in_one_line(tmp_path):
-    with pytest.raises(ValueError, match=r"^scenario: 'nope', allowed free_motion, joint_sine"):
+    with pytest.raises(ValueError, match=r"^scenario: 'nope', allowed bilateral, free_motion"):
         load_scenario("nope")
     with pytest.raises(ValueError, match="allowed a YAML file that exists"):
         load_scenario(tmp_path / "nope.yaml")

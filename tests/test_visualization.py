@@ -11,13 +11,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.geometry import Meshcat
-from pydrake.math import RotationMatrix
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from scara_drake import kinematics, robot
-from scara_drake.environment import Environment, Wall, add_walls
+from scara_drake.environment import (
+    Box,
+    Cylinder,
+    Environment,
+    SineMotion,
+    Surface,
+    Wall,
+    add_surfaces,
+)
 from scara_drake.visualization import (
     SceneAnnotations,
     StopButton,
@@ -122,6 +130,44 @@ def test_a_forced_publish_draws_without_a_run(meshcat: Meshcat) -> None:
     assert meshcat.HasPath("annotations/ghost/rod")
 
 
+class MeshcatStub:
+    """Stands in for a Meshcat and keeps the objects and the last transforms."""
+
+    def __init__(self) -> None:
+        self.shapes: dict[str, object] = {}
+        self.poses: dict[str, np.ndarray] = {}
+
+    def Delete(self, path: str) -> None:
+        assert path == "annotations"
+
+    def SetObject(self, path: str, shape: object, *color: object) -> None:
+        self.shapes[path] = shape
+
+    def SetTransform(self, path: str, X: RigidTransform, *time: float) -> None:
+        self.poses[path] = X.GetAsMatrix4()
+
+    def SetProperty(self, *arguments: object) -> None:
+        pass
+
+
+@pytest.mark.parametrize("kind", [Wall, Box, Cylinder])
+def test_a_surface_that_moves_is_drawn_where_it_is(kind: type[Surface]) -> None:
+    moving = kind(name="lid", motion=SineMotion([0, 0, 1.0], amplitude=0.1, frequency=0.7))
+    stub = MeshcatStub()
+    system = SceneAnnotations(stub, 4, [kind(name="table"), moving])
+    context = system.CreateDefaultContext()
+    system.GetInputPort("state").FixValue(context, HOME_STATE)
+    simulator = Simulator(system, context)
+    simulator.AdvanceTo(0.5001)  # a picture was drawn at 0.5 s
+    expected = moving.pose().GetAsMatrix4()
+    expected[2, 3] += 0.1 * np.sin(2 * np.pi * 0.7 * 0.5)
+    np.testing.assert_allclose(stub.poses["annotations/surfaces/lid"], expected, atol=1e-12)
+    shape, X_SG = moving.shape()
+    assert type(stub.shapes["annotations/surfaces/lid/lid"]) is type(shape)
+    np.testing.assert_allclose(stub.poses["annotations/surfaces/lid/lid"], X_SG.GetAsMatrix4())
+    assert not any("table" in path for path in stub.shapes)
+
+
 # The Stop button and the saved page.
 
 
@@ -184,7 +230,7 @@ def scene() -> Scene:
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
     plant.set_name("plant")
     robot.add_scara(plant)
-    add_walls(plant, scene_graph, environment)
+    add_surfaces(plant, scene_graph, environment)
     plant.Finalize()
     plant.SetDefaultPositions(robot.HOME)
     plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
@@ -334,3 +380,21 @@ def test_the_camera_shows_the_tool_and_a_wall_wherever_it_stands(point, normal, 
         edge = depth * np.tan(np.deg2rad(37.5)) / stub.zoom
         assert abs(np.dot(p - stub.camera, up)) < edge
         assert abs(np.dot(p - stub.camera, right)) < 1.5 * edge
+
+
+@pytest.mark.parametrize("surface", [Box(rpy=[0.3, 0.2, 0.5]), Cylinder(direction=[0.6, 0.0, 0.8])])
+def test_the_camera_looks_at_all_corners_of_a_surface(surface: Surface) -> None:
+    corners = surface.corners()
+    assert corners.shape == (8, 3)
+    local = surface.pose().inverse() @ corners.T
+    shape, _ = surface.shape()
+    sides = (
+        [shape.width(), shape.depth(), shape.height()]
+        if isinstance(surface, Box)
+        else [2 * shape.radius(), 2 * shape.radius(), shape.length()]
+    )
+    np.testing.assert_allclose(np.ptp(local, axis=1), sides)
+    np.testing.assert_allclose(local.mean(axis=1), 0.0, atol=1e-12)
+    stub = CameraStub()
+    set_camera(stub, Environment([surface]))
+    assert np.isfinite(stub.camera).all()

@@ -4,9 +4,13 @@ The observer's Psi^ holds everything that moves a joint beside tau / m_hat: iner
 damping, and the environment. What the model of the nominal robot does not explain of it is taken
 for a force at the tool point (Kallu et al., 2019)::
 
-    v'    = tau / m_hat + Psi^
-    tau_c = M(q) v' + C(q, v^) v^ + G(q) + D v^ - tau
+    tau^  = F(tau)
+    tau_c = M(q) (tau^ / m_hat + Psi^) + C(q, v^) v^ + G(q) + D v^ - tau^
     f_W   = argmin |W^1/2 (J_vᵀ f - tau_c)|²,   W = diag(1 / m_hat)
+
+F is the lag with which the observer sees a perturbation, Psi^ = F(Psi). With an effort of the same
+age tau^ / m_hat + Psi^ is F(v'), an acceleration that was; without, every change of the effort
+would be taken for a contact.
 
 The weights make the six residues, [N] and [N m], comparable: an error of Psi^ is one of m_hat Psi^
 in the effort, so heavy joints count less. Friction, a payload and whatever touches another link are
@@ -37,7 +41,7 @@ SMALLEST_RATIO: Final = 0.01
 
 
 def make_model() -> MultibodyPlant:
-    """Return the nominal robot, finalized, without geometry of its own world."""
+    """Return the nominal robot, finalized, in continuous time."""
     plant = MultibodyPlant(time_step=0.0)
     robot.add_scara(plant)
     plant.Finalize()
@@ -81,38 +85,37 @@ class ContactForceEstimator(LeafSystem):
 
     Input ports:
         state (12): q, v measured; only q is used [m, rad]
-        actuation (6): effort within its limits [N, N m]
+        actuation_lagged (6): effort as old as the perturbation estimate [N, N m]
         perturbation_estimate (6): Psi^ [m/s², rad/s²]
         velocity_estimate (6): v^ [m/s, rad/s]
     Output port, discrete state:
         f_estimated_W (3): force of the environment on the tool [N]
-    Update (every period, from `settling` on): the estimate. The inputs are those of one tick, of
-        which q is one tick younger than the others.
+    Update (every period, from `settling` on): the estimate.
     Initial: zero. Until the observer has found the weight of the arm, that would be taken for a
         contact.
 
     Args:
-        period: [s]. Slower than the loop, for an evaluation of the model costs more than the
+        period: [s]; not that of the loop, for an evaluation of the model costs more than the
             controller.
-        settling: first update [s]; ten time constants of the observer do.
+        settling: time of the first estimate [s].
 
     Raises:
         ValueError: a period out of 1 ms to 1 s, or a negative settling.
     """
 
-    def __init__(self, period: float = 0.01, settling: float = 0.1):
+    def __init__(self, period: float = 0.01, settling: float = 0.25):
         super().__init__()
         checks.number("period", period, 1e-3, 1.0)
         checks.number("settling", settling, 0.0)
         self._m_hat = robot.nominal_inertias()
         self._state = self.DeclareVectorInputPort("state", 12)
-        self._tau = self.DeclareVectorInputPort("actuation", 6)
+        self._tau = self.DeclareVectorInputPort("actuation_lagged", 6)
         self._psi = self.DeclareVectorInputPort("perturbation_estimate", 6)
         self._v = self.DeclareVectorInputPort("velocity_estimate", 6)
         self._f = declare_state(self, 3, "f_estimated_W")
         self._plant = make_model()
-        # A Context to compute in, which each Context of this system has a copy of; no result
-        # depends on what was left there.
+        # A Context to compute in, of which each Context of this system has a copy; no result
+        # depends on what was left in it.
         self._scratch = self.DeclareCacheEntry(
             "model",
             ValueProducer(
@@ -124,10 +127,10 @@ class ContactForceEstimator(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(period, settling, self._update)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        state, tau = self._state.Eval(context), self._tau.Eval(context)
-        psi, v = self._psi.Eval(context), self._v.Eval(context)
+        ports = (self._state, self._tau, self._psi, self._v)
+        state, tau, psi, v = (port.Eval(context) for port in ports)
         if not (all_finite(state, tau) and all_finite(psi, v)):
-            check_finite(self, context, (self._state, self._tau, self._psi, self._v))
+            check_finite(self, context, ports)
         q = state[:6]
         effort = unexplained_effort(
             self._plant, self._scratch.Eval(context), q, v, tau / self._m_hat + psi, tau

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
 
 from scara_drake import checks, robot
 from scara_drake.ik.servo import limit_motion
@@ -25,35 +25,34 @@ from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 
-# Rows of the array (3, n) of settings, one column a joint.
-SPEED, ACCELERATION, M_HAT = range(3)
+# Rows of the array (2, n) of bounds, one column a joint.
+SPEED, ACCELERATION = range(2)
 BANDWIDTH = 50.0  # [1/s], of the last part of the return
 
 
 @njit(cache=True)
-def govern(tau: Array, tau_limited: Array, settings: Array, period: float, offset: Array) -> None:
+def govern(lost: Array, bounds: Array, period: float, offset: Array) -> None:
     """Advance the offset (2n,) = (q_o, v_o) of the references by one period, in place.
 
     Args:
-        tau: effort that the law asked for (n,) [N, N m].
-        tau_limited: the part of it that acted (n,).
-        settings: (3, n), rows speed, acceleration, m_hat.
+        lost: acceleration that the drives could not deliver (n,) [m/s², rad/s²], with its sign:
+            (tau_limited - tau) / m_hat.
+        bounds: (2, n), rows speed and acceleration of the return.
         period: [s].
-        offset: [m, rad, m/s, rad/s], in place; stays exactly zero while tau is within its limits.
+        offset: [m, rad, m/s, rad/s], in place; stays exactly zero while nothing is lost.
     """
-    n = tau.size
+    n = lost.size
     for i in range(n):
         q, v = offset[i : i + 1], offset[n + i : n + i + 1]
-        lost = (tau_limited[i] - tau[i]) / settings[M_HAT, i]
-        if lost == 0.0 and q[0] == 0.0 and v[0] == 0.0:
+        if lost[i] == 0.0 and q[0] == 0.0 and v[0] == 0.0:
             continue
-        speed, acceleration = settings[SPEED, i], settings[ACCELERATION, i]
+        speed, acceleration = bounds[SPEED, i], bounds[ACCELERATION, i]
         limit_motion(-q, v, speed, acceleration, BANDWIDTH, period)
-        v[0] += period * lost
+        v[0] += period * lost[i]
         q[0] += period * v[0]
         # It has returned when one period would take it to zero within its bounds.
         step = acceleration * period
-        if lost == 0.0 and abs(v[0]) <= step and abs(q[0]) <= step * period:
+        if lost[i] == 0.0 and abs(v[0]) <= step and abs(q[0]) <= step * period:
             q[0] = v[0] = 0.0
 
 
@@ -82,8 +81,8 @@ class ReferenceGovernor:
         checks.vector(f"{name}.acceleration", self.acceleration, 6, checks.ABOVE_ZERO)
 
     def array(self) -> Array:
-        """Return the settings as `govern` takes them (3, 6)."""
-        return np.array([self.speed, self.acceleration, robot.nominal_inertias()])
+        """Return the bounds as `govern` takes them (2, 6)."""
+        return np.array([self.speed, self.acceleration], dtype=np.float64)
 
     def make_system(self, period: float) -> "ReferenceGovernorSystem":
         """Return a governor with these bounds."""
@@ -101,7 +100,8 @@ class ReferenceGovernorSystem(LeafSystem):
         state_desired_governed (12): references for the controller, a function of state_desired and
             the state: without delay, and equal to it to the bit while no drive is at its limit
         reference_offset (12): what they differ by, discrete state
-    Update (every period): see `govern`.
+    Update (every period): see `govern`. The efforts are read by an unrestricted update, which sees
+        them as the plant's step does, also those of a controller that is a function of the state.
     Initial: zero.
 
     Args:
@@ -111,7 +111,8 @@ class ReferenceGovernorSystem(LeafSystem):
 
     def __init__(self, bounds: ReferenceGovernor, period: float = 1e-3):
         super().__init__()
-        self._settings, self._period = bounds.array(), period
+        self._bounds, self._m_hat = bounds.array(), robot.nominal_inertias()
+        self._period = period
         self._desired = self.DeclareVectorInputPort("state_desired", 12)
         self._commanded = self.DeclareVectorInputPort("actuation_commanded", 6)
         self._limited = self.DeclareVectorInputPort("actuation", 6)
@@ -121,17 +122,18 @@ class ReferenceGovernorSystem(LeafSystem):
             "state_desired_governed", 12, self._governed, prerequisites_of_calc=inputs
         )
         self._offset = declare_state(self, 12, "reference_offset")
+        self._lost = declare_state(self, 6)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._read)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _governed(self, context: Context, output: BasicVector) -> None:
         offset = context.get_discrete_state(self._offset).value()
         output.SetFromVector(self._desired.Eval(context) + offset)
 
+    def _read(self, context: Context, state: State) -> None:
+        lost = state.get_mutable_discrete_state(self._lost).get_mutable_value()
+        lost[:] = (self._limited.Eval(context) - self._commanded.Eval(context)) / self._m_hat
+
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        govern(
-            self._commanded.Eval(context),
-            self._limited.Eval(context),
-            self._settings,
-            self._period,
-            discrete.get_mutable_value(self._offset),
-        )
+        lost = context.get_discrete_state(self._lost).value()
+        govern(lost, self._bounds, self._period, discrete.get_mutable_value(self._offset))

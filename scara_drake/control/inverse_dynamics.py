@@ -22,9 +22,9 @@ from pydrake.systems.framework import (
     Context,
     Diagram,
     DiagramBuilder,
-    DiscreteValues,
     InputPort,
     LeafSystem,
+    State,
 )
 from pydrake.systems.primitives import Saturation
 
@@ -103,16 +103,16 @@ def integrate_error(
     It holds while the effort is at its limit and the error would drive it further.
 
     Args:
-        state_desired: references (12,), one period older than the state: they are carried along.
-        state: measured (12,).
-        tau: effort before the limits (6,) [N, N m].
+        state_desired: references (12,).
+        state: measured (12,), of the same instant.
+        tau: effort before the limits (6,) [N, N m], likewise.
         effort: the limits (6,).
         ki: gain (6,) [1/s³].
         period: [s].
         integral: in place.
     """
     for i in range(integral.size):
-        error = state_desired[i] + period * state_desired[integral.size + i] - state[i]
+        error = state_desired[i] - state[i]
         if abs(tau[i]) <= effort[i] or tau[i] * error < 0.0:
             integral[i] += period * ki[i] * error
 
@@ -126,7 +126,8 @@ class IntegralAction(LeafSystem):
         actuation_commanded (6): effort before the limits [N, N m]
     Output ports, discrete state:
         acceleration (6): ki int e [m/s², rad/s²]
-    Update (every period): see `integrate_error`.
+    Update (every period, unrestricted): see `integrate_error`. Such an update sees all its inputs
+        at one instant; before a discrete one a sampled plant has already stepped.
     Initial: zero.
 
     Args:
@@ -141,9 +142,9 @@ class IntegralAction(LeafSystem):
         self._desired = self.DeclareVectorInputPort("state_desired", 12)
         self._tau = self.DeclareVectorInputPort("actuation_commanded", 6)
         self._integral = declare_state(self, 6, "acceleration")
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
-    def _update(self, context: Context, discrete: DiscreteValues) -> None:
+    def _update(self, context: Context, state: State) -> None:
         integrate_error(
             self._desired.Eval(context),
             self._state.Eval(context),
@@ -151,7 +152,7 @@ class IntegralAction(LeafSystem):
             robot.EFFORT,
             self._ki,
             self._period,
-            discrete.get_mutable_value(self._integral),
+            state.get_mutable_discrete_state(self._integral).get_mutable_value(),
         )
 
 

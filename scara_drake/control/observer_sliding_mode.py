@@ -30,7 +30,7 @@ from scara_drake.control.integral_sliding_mode import (
     ismc_law,
     sliding_surface,
 )
-from scara_drake.control.perturbation_observer import observer_gains, observer_step
+from scara_drake.control.perturbation_observer import lag_step, observer_gains, observer_step
 from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
@@ -49,16 +49,16 @@ def observer_law(
     observer: Array,
     period: float,
     begin: bool,
-    x1: Array,
+    memory: Array,
     x2: Array,
     psi: Array,
-    z: Array,
+    lagged: Array,
     s: Array,
     tau: Array,
     tau_limited: Array,
     saturation: Array,
 ) -> None:
-    """Observe one sample and apply the law to the estimates; write from x1 on, n joints.
+    """Observe one sample and apply the law to the estimates; write from memory on, n joints.
 
     The observer takes the effort that acted during the past period from `tau_limited`, before the
     law overwrites it: so it knows of the drives' limits.
@@ -72,10 +72,10 @@ def observer_law(
         period: [s].
         begin: start on the sliding surface, z = sigma^, with a reference of the same instant as
             the state; otherwise the reference is one period old, and is carried along its velocity.
-        x1: estimate of the position (n,).
-        x2: of the velocity.
+        memory: (4n,): estimate of the position, z of `ismc_law`, and x1, x2 of `lag_step`.
+        x2: estimate of the velocity (n,).
         psi: of the perturbation [m/s², rad/s²].
-        z: see `ismc_law`.
+        lagged: effort, as old as psi [N, N m].
         s: s^.
         tau: effort before the limits [N, N m].
         tau_limited: effort within the limits.
@@ -83,7 +83,9 @@ def observer_law(
     """
     n = psi.size
     m_hat = gains[M_HAT]
+    x1, z = memory[:n], memory[n : 2 * n]
     observer_step(state[:n], tau_limited / m_hat, observer, period, x1, x2, psi)
+    lag_step(tau_limited, observer, period, memory[2 * n : 3 * n], memory[3 * n :], lagged)
     sigma, feedforward = np.empty(n), np.empty(n)
     lead = 0.0 if begin else period
     sliding_surface(state_desired, np.concatenate((x1, x2)), gains[C], lead, sigma)
@@ -111,8 +113,8 @@ class ObserverSlidingMode:
         rho: gain of the discontinuous part [m/s², rad/s²].
         phi: boundary layer of s^ [m/s, rad/s].
         pole: triple pole of the observer [1/s].
-        eps: layer of the observer [m, rad]. It catches steps of Psi up to 3.7 eps pole² without
-            leaving it.
+        eps: layer of the observer [m, rad]. A step of Psi leaves it above 2.7 eps pole² where
+            pole T_s is 0.2, and above 3.7 eps pole² where that is small.
         anti_windup: |s^| is clamped to 2 phi.
         acceleration_feedforward: the reference's acceleration is added to u.
         allow_chatter: gains that break the rule of `chatter` are accepted.
@@ -175,6 +177,7 @@ class ObserverSlidingModeController(JointController):
         sliding_variable (6): s^ [m/s, rad/s]
         velocity_estimate (6): [m/s, rad/s]
         perturbation_estimate (6): Psi^ [m/s², rad/s²]
+        actuation_lagged (6): effort as late as Psi^ sees a perturbation [N, N m]
     Update (every period): see `observer_law`. The sampled plant has stepped before, so the position
         is that at the end of the period in which the effort on `actuation` acted.
     Initial: at rest in the measured position with Psi^ = 0, and z = sigma^, hence s^ = 0.
@@ -191,18 +194,18 @@ class ObserverSlidingModeController(JointController):
         self._gains = gains.array()
         self._observer = observer_gains(gains.pole, gains.eps, period)
         self._s = declare_state(self, 6, "sliding_variable")
-        self._x1 = declare_state(self, 6)
         self._x2 = declare_state(self, 6, "velocity_estimate")
         self._psi = declare_state(self, 6, "perturbation_estimate")
-        self._z = declare_state(self, 6)
+        self._lagged = declare_state(self, 6, "actuation_lagged")
+        self._memory = declare_state(self, 24)
         self._v_desired = declare_state(self, 6) if gains.acceleration_feedforward else None
         self._none = np.zeros(6)
 
     def _start(self, context: Context, discrete: DiscreteValues) -> EventStatus:
         # From these estimates the observer's first step, without effort, is none.
-        discrete.get_mutable_value(self._x1)[:] = self._state.Eval(context)[:6]
-        for group in (self._x2, self._psi, self.tau_limited):
+        for group in (self._memory, self._x2, self._psi, self._lagged, self.tau_limited):
             discrete.get_mutable_value(group)[:] = 0.0
+        discrete.get_mutable_value(self._memory)[:6] = self._state.Eval(context)[:6]
         return super()._start(context, discrete)
 
     def start(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
@@ -236,10 +239,10 @@ class ObserverSlidingModeController(JointController):
             self._observer,
             self.period,
             begin,
-            discrete.get_mutable_value(self._x1),
+            discrete.get_mutable_value(self._memory),
             discrete.get_mutable_value(self._x2),
             discrete.get_mutable_value(self._psi),
-            discrete.get_mutable_value(self._z),
+            discrete.get_mutable_value(self._lagged),
             discrete.get_mutable_value(self._s),
             discrete.get_mutable_value(self.tau),
             discrete.get_mutable_value(self.tau_limited),

@@ -79,3 +79,26 @@ def observer_step(
         x1[i] = predicted + gains[POSITION, i] * error
         x2[i] += period * acceleration + gains[VELOCITY, i] * error
         psi[i] += gains[PERTURBATION, i] * error
+
+
+@njit(cache=True)
+def lag_step(u: Array, gains: Array, period: float, x1: Array, x2: Array, lagged: Array) -> None:
+    """Advance F(u) by one period, in place, where F is the lag of Psi^ = F(Psi); all arrays (n,).
+
+    Of a joint that is held at rest by the effort -u the observer says that the perturbation is
+    F(u). So F(u) + Psi^ = F(u + Psi): an effort as old as Psi^, to compare with it.
+
+    Args:
+        u: held during the period, in any unit.
+        gains: (4, n), see `observer_gains`; there is no layer here.
+        period: T_s [s].
+        x1: memory.
+        x2: memory.
+        lagged: F(u).
+    """
+    for i in range(u.size):
+        change = lagged[i] - u[i]
+        predicted = x1[i] + period * (x2[i] + 0.5 * period * change)
+        x1[i] = predicted - gains[POSITION, i] * predicted
+        x2[i] += period * change - gains[VELOCITY, i] * predicted
+        lagged[i] -= gains[PERTURBATION, i] * predicted

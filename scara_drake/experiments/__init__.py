@@ -11,6 +11,8 @@ from scara_drake.experiments import (
     figures_8_9,
     figures_10_11,
     figures_12_15,
+    figures_16_17,
+    figures_18_19,
     figures_20_27,
     figures_29_30,
     orientation_drift,
@@ -18,6 +20,8 @@ from scara_drake.experiments import (
     table_6,
     table_8,
     table_9,
+    table_10,
+    windup,
 )
 from scara_drake.experiments.result import (
     IN_KIND,
@@ -38,10 +42,14 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figures_10_11": figures_10_11.run,
     "figures_12_15": figures_12_15.run,
     "orientation_drift": orientation_drift.run,
+    "table_10": table_10.run,
+    "figures_16_17": figures_16_17.run,
+    "figures_18_19": figures_18_19.run,
     "figures_20_27": figures_20_27.run,
     "figure_22": figure_22.run,
     "figure_28": figure_28.run,
     "figures_29_30": figures_29_30.run,
+    "windup": windup.run,
 }
 
 __all__ = [

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import (
     BasicVector,
@@ -15,6 +16,7 @@ from pydrake.systems.framework import (
 from scara_drake import checks, robot
 from scara_drake.ik import servo
 from scara_drake.ik.solve import METHODS, solve
+from scara_drake.kinematics import tool_kinematics_kernel
 from scara_drake.pose import pose_matrix, pose_vector
 from scara_drake.state import declare_state
 
@@ -128,6 +130,8 @@ class InverseKinematicsSystem(LeafSystem):
         X_WE_desired (7): of servo_state, the pose that is followed: p_WE [m], quaternion w x y z
         status (1): of servo_state: 0 tracking, 1 holding the last good answer because the target
             cannot be reached, 2 tracking a target that was drawn back into the arm's reach
+        motion_limited (6): of state_desired, the motion of the tool point that the joints are
+            asked for, after every limit: p_WE [m], its velocity [m/s]
     Update (every period), with "dpsoij" and "inverse_jacobian": the limiter follows the command and
         the joints follow the limiter by resolved rates, see `servo`. With another method each
         sample is solved from scratch. Where the answer leaves the tolerance, q stays, v is zero and
@@ -164,6 +168,8 @@ class InverseKinematicsSystem(LeafSystem):
         memory = {self.discrete_state_ticket(DiscreteStateIndex(self._memory))}
         self.DeclareVectorOutputPort("X_WE_desired", 7, self._show_pose, memory)
         self.DeclareVectorOutputPort("status", 1, self._show_status, memory)
+        desired = {self.discrete_state_ticket(DiscreteStateIndex(self._desired))}
+        self.DeclareVectorOutputPort("motion_limited", 6, self._show_motion, desired)
         update = self._follow if config.method in FOLLOWERS else self._solve
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
 
@@ -186,6 +192,10 @@ class InverseKinematicsSystem(LeafSystem):
 
     def _show_status(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_discrete_state(self._memory).value()[[STATUS]])
+
+    def _show_motion(self, context: Context, output: BasicVector) -> None:
+        desired = context.get_discrete_state(self._desired).value()
+        tool_motion(desired, output.get_mutable_value())
 
     def _solve(self, context: Context, discrete: DiscreteValues) -> None:
         desired = discrete.get_mutable_value(self._desired)
@@ -227,6 +237,18 @@ class InverseKinematicsSystem(LeafSystem):
             servo.rest(limiter, desired)
         status = servo.REACH_LIMITED if cut else servo.TRACKING
         memory[STATUS] = status if result.success else servo.HOLDING
+
+
+@njit(cache=True)
+def tool_motion(state: Array, motion: Array) -> None:
+    """Write position and velocity in W (6,) [m, m/s] of the tool point of a state (12,)."""
+    p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    tool_kinematics_kernel(state[:6], p, R, J)
+    for i in range(3):
+        motion[i] = p[i]
+        motion[3 + i] = 0.0
+        for j in range(6):
+            motion[3 + i] += J[3 + i, j] * state[6 + j]
 
 
 def limiter_at(q: Array) -> Array:

@@ -1,0 +1,124 @@
+"""The surfaces in Drake's geometry: what is drawn, and what stops the links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import (
+    AddContactMaterial,
+    Box,
+    CollisionFilterDeclaration,
+    GeometryId,
+    GeometrySet,
+    ProximityProperties,
+    RoleAssign,
+    SceneGraph,
+    Shape,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+
+from scara_drake import robot
+from scara_drake.environment.surfaces import Environment, Surface, Wall
+
+WALL_COLOR = (0.42, 0.58, 0.74, 0.30)
+EDGE_COLOR = (0.20, 0.29, 0.40, 1.0)
+FRICTION = CoulombFriction(0.6, 0.5)
+RIGID = 1e12  # stiffness of the tool where Drake's contact yields, so that the surface's counts
+_EDGE = 0.03  # width of the drawn edge frame [m]
+_TOOL_LINKS = ("link_6", robot.TOOL_FRAME)
+
+
+@dataclass(frozen=True)
+class ContactShapes:
+    """Shapes between which Drake's own contact acts on the tool.
+
+    Attributes:
+        tool: shapes of the tool.
+        compliant: shapes of the surfaces with the law "drake", to their index.
+    """
+
+    tool: frozenset[GeometryId]
+    compliant: dict[GeometryId, int]
+
+
+def add_surfaces(
+    plant: MultibodyPlant, scene_graph: SceneGraph, environment: Environment
+) -> ContactShapes:
+    """Draw the surfaces at rest, and let them stop the links.
+
+    The tool against a surface is `ImpedanceContact`'s: Drake's own contact between the two is
+    excluded, or the force would count twice. Only with the law "drake" it is Drake's: compliant
+    point contact, with the stiffness of the surface and the dissipation 3/2 alpha. A surface that
+    moves is no part of the plant's geometry: `SceneAnnotations` draws it, and the other links pass
+    through it.
+
+    Call it after `robot.add_scara`, because filters and properties are for shapes that exist, and
+    before `plant.Finalize()`, because it adds shapes.
+    """
+    tool = plant.CollectRegisteredGeometries([plant.GetBodyByName(name) for name in _TOOL_LINKS])
+    world = plant.world_body()
+    filters = scene_graph.collision_filter_manager()
+    compliant: dict[GeometryId, int] = {}
+    for index, surface in enumerate(environment.surfaces):
+        if surface.motion is not None:
+            continue
+        X_WS = surface.pose()
+        for name, shape, X_SG, color in drawing(surface):
+            plant.RegisterVisualGeometry(world, X_WS @ X_SG, shape, name, np.array(color))
+        shape, X_SG = surface.shape()
+        properties = ProximityProperties()
+        drake = surface.law == "drake"
+        AddContactMaterial(
+            properties,
+            dissipation=1.5 * surface.alpha if drake else None,
+            point_stiffness=surface.stiffness if drake else None,
+            friction=FRICTION,
+        )
+        solid = plant.RegisterCollisionGeometry(
+            world, X_WS @ X_SG, shape, f"{surface.name}_shape", properties
+        )
+        if drake:
+            compliant[solid] = index
+        else:
+            filters.Apply(CollisionFilterDeclaration().ExcludeBetween(tool, GeometrySet(solid)))
+    shapes = [
+        shape
+        for name in _TOOL_LINKS
+        for shape in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(name))
+    ]
+    if compliant:
+        _make_rigid(plant, scene_graph, shapes)
+    return ContactShapes(frozenset(shapes), compliant)
+
+
+def _make_rigid(plant: MultibodyPlant, scene_graph: SceneGraph, shapes: list[GeometryId]) -> None:
+    """Let shapes neither yield nor dissipate beside a compliant surface."""
+    for shape in shapes:
+        properties = scene_graph.model_inspector().GetProximityProperties(shape)
+        rigid = ProximityProperties(properties)
+        for name, value in (("point_contact_stiffness", RIGID), ("hunt_crossley_dissipation", 0.0)):
+            rigid.UpdateProperty("material", name, value)
+        scene_graph.AssignRole(plant.get_source_id(), shape, rigid, RoleAssign.kReplace)
+
+
+def drawing(surface: Surface) -> list[tuple[str, Shape, RigidTransform, tuple[float, ...]]]:
+    """Return what a surface looks like: of each part the name, shape, pose X_SG and colour."""
+    shape, X_SG = surface.shape()
+    parts: list[tuple[str, Shape, RigidTransform, tuple[float, ...]]]
+    parts = [(surface.name, shape, X_SG, WALL_COLOR)]
+    if isinstance(surface, Wall):
+        for index, (bar, p_GF) in enumerate(_edge_frame(surface.size, surface.thickness)):
+            X_SF = X_SG @ RigidTransform(p_GF)
+            parts.append((f"{surface.name}_edge_{index}", bar, X_SF, EDGE_COLOR))
+    return parts
+
+
+def _edge_frame(size: list[float], thickness: float) -> list[tuple[Box, list[float]]]:
+    """Four bars around a block, each with its place in the block's frame."""
+    width, height = size
+    x, y = (width + _EDGE) / 2, (height + _EDGE) / 2
+    flat = Box(width + 2 * _EDGE, _EDGE, thickness)
+    upright = Box(_EDGE, height, thickness)
+    return [(flat, [0, y, 0]), (flat, [0, -y, 0]), (upright, [x, 0, 0]), (upright, [-x, 0, 0])]

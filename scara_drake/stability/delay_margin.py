@@ -1,0 +1,243 @@
+"""The delay that the loop bears: by formula, by the sampled loop's spectral radius, by simulation.
+
+Inside the boundary layer the law is a PID with a = k + r, r = rho / phi, and the plant of one joint
+is b / l² with b = m_hat / M. The loop transfer function is then::
+
+    L(l) = b (l + c) (a l + k r) / l³
+
+|L| falls from infinity to 0, so it crosses 1 once, at w; the phase margin there is
+atan(w / c) + atan(a w / (k r)) - pi / 2, and a delay of phase margin / w brings the loop to its
+limit. A hold of T_s takes T_s / 2 of that. `sampled_loop` is exact instead, for one joint or for
+the arm, and `grows` runs the law itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from scara_drake.control.chatter import inverse_mass_matrices
+from scara_drake.control.integral_sliding_mode import (
+    CLAMP,
+    EFFORT,
+    M_HAT,
+    PHI,
+    RHO,
+    C,
+    IntegralSlidingMode,
+    K,
+    ismc_law,
+)
+
+Array = NDArray[np.float64]
+
+LONGEST = 0.05  # [s], up to which an onset is looked for
+KICK = 1e-9  # [m, rad]; far inside the layer
+
+
+def crossover(
+    c: ArrayLike, k: ArrayLike, rho: ArrayLike, phi: ArrayLike, mass_ratio: ArrayLike = 1.0
+) -> Array:
+    """Frequency w where |L(i w)| = 1 [rad/s].
+
+    Args:
+        c: [1/s], as all others a number or an array of one shape.
+        k: [1/s].
+        rho: [m/s², rad/s²].
+        phi: [m/s, rad/s].
+        mass_ratio: plant gain b = m_hat / M.
+    """
+    c, k, rho, phi, b = np.broadcast_arrays(c, k, rho, phi, mass_ratio)
+    a, kr = k + rho / phi, k * rho / phi
+    # w⁶ = b² (w² + c²) (a² w² + (k r)²), in w²: one change of sign, so one positive root.
+    w = np.empty(c.shape)
+    for i in np.ndindex(c.shape):
+        b2, a2, c2, kr2 = b[i] ** 2, a[i] ** 2, c[i] ** 2, kr[i] ** 2
+        roots = np.roots([1.0, -b2 * a2, -b2 * (kr2 + a2 * c2), -b2 * c2 * kr2])
+        w[i] = math.sqrt(roots[roots.imag == 0.0].real.max())
+    return w
+
+
+def phase_margin(
+    c: ArrayLike, k: ArrayLike, rho: ArrayLike, phi: ArrayLike, mass_ratio: ArrayLike = 1.0
+) -> Array:
+    """Phase margin of the loop in continuous time [rad]; arguments as `crossover`."""
+    w = crossover(c, k, rho, phi, mass_ratio)
+    c, k, rho, phi = (np.asarray(x, dtype=np.float64) for x in (c, k, rho, phi))
+    return np.arctan2(w, c) + np.arctan2((k + rho / phi) * w, k * rho / phi) - 0.5 * np.pi
+
+
+def delay_margin(
+    c: ArrayLike,
+    k: ArrayLike,
+    rho: ArrayLike,
+    phi: ArrayLike,
+    mass_ratio: ArrayLike = 1.0,
+    period: float = 0.0,
+) -> Array:
+    """Delay that brings a joint's loop to its limit [s]: phase margin / w - period / 2.
+
+    A negative one means that the sampled loop is unstable without any delay. Arguments as
+    `crossover`, and:
+        period: T_s of the hold [s]; 0 is continuous time.
+    """
+    margin = phase_margin(c, k, rho, phi, mass_ratio)
+    return margin / crossover(c, k, rho, phi, mass_ratio) - 0.5 * period
+
+
+def sampled_loop(inverse_mass: Array, gains: Array, period: float, delay: float) -> Array:
+    """Matrix of one period of the sampled loop in the layer, exact for a held effort.
+
+    The efforts reach the plant M q'' = tau after the delay, a whole number of periods and a
+    fraction. The states are q, v, z and the efforts on their way, each (n,).
+
+    Args:
+        inverse_mass: M^-1 (n, n) [1/kg, 1/(kg m²)].
+        gains: (7, n), see `ismc_law`.
+        period: T_s [s].
+        delay: [s], 0 or more.
+    """
+    n = inverse_mass.shape[0]
+    whole = math.floor(delay / period)
+    late = delay - whole * period  # until then the effort of one period before acts
+    eye = np.eye(n)
+    r = gains[RHO] / gains[PHI]
+    on_v = -np.diag(gains[M_HAT] * (gains[K] + r))
+    effort = np.hstack([on_v * gains[C], on_v, -np.diag(gains[M_HAT] * r)])
+
+    size = 3 * n + n * (whole + 1)
+    on_the_way = [slice((3 + i) * n, (4 + i) * n) for i in range(whole + 1)]  # latest first
+    computed = np.zeros((n, size))
+    computed[:, : 3 * n] = effort
+    queue = [computed, *(np.eye(size)[part] for part in on_the_way)]
+    first, second = queue[whole + 1], queue[whole]
+
+    step = np.zeros((size, size))
+    q, v, z = slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n)
+    rest = period - late
+    step[q, q], step[q, v], step[v, v], step[z, z] = eye, period * eye, eye, eye
+    step[v] += inverse_mass @ (late * first + rest * second)
+    step[q] += inverse_mass @ (late * (0.5 * late + rest) * first + 0.5 * rest**2 * second)
+    step[z, q] = np.diag(period * gains[K] * gains[C])
+    step[z, v] = np.diag(period * gains[K])
+    for part, row in zip(on_the_way, queue, strict=False):
+        step[part] = row
+    return step
+
+
+def spectral_radius(inverse_mass: Array, gains: Array, period: float, delay: float) -> float:
+    """Growth of `sampled_loop` in a period; the loop is stable below 1."""
+    return float(np.abs(np.linalg.eigvals(sampled_loop(inverse_mass, gains, period, delay))).max())
+
+
+def onset(inverse_mass: Array, gains: Array, period: float) -> float:
+    """Least delay [s] at which the sampled loop begins to grow, to 1 µs.
+
+    Zero if it grows without a delay, infinite if it bears `LONGEST`. Arguments as `sampled_loop`.
+    """
+    return _least(lambda delay: spectral_radius(inverse_mass, gains, period, delay) > 1.0, period)
+
+
+def simulated_onset(mass_ratio: float, gains: Array, period: float) -> float:
+    """The same for one joint by running the law, see `grows`; to 1 µs.
+
+    Args:
+        mass_ratio: plant gain b = m_hat / M.
+        gains: column (7,) of the joint, see `ismc_law`.
+        period: T_s [s].
+    """
+    return _least(lambda delay: grows(mass_ratio, gains, period, delay), period)
+
+
+def grows(mass_ratio: float, gains: Array, period: float, delay: float) -> bool:
+    """Whether a small kick of one joint grows, under the law itself with a delayed effort.
+
+    Arguments as `simulated_onset`, and the delay [s].
+    """
+    column = gains[:, np.newaxis].copy()
+    column[EFFORT], column[CLAMP] = np.inf, np.inf
+    peaks = np.empty(20)
+    inverse_mass = mass_ratio / float(gains[M_HAT])
+    run_joint(column, inverse_mass, period, delay, KICK, 500, peaks)
+    # Where it grows fast, the largest effort of u1 soon bounds it.
+    return bool(peaks.max() > 100.0 * KICK or peaks[-1] > peaks[1])
+
+
+@njit(cache=True)
+def run_joint(
+    gains: Array,
+    inverse_mass: float,
+    period: float,
+    delay: float,
+    kick: float,
+    ticks: int,
+    peaks: Array,
+) -> None:
+    """Run M q'' = tau from q = kick with the law; write the largest |q| of each block of ticks.
+
+    Args:
+        gains: (7, 1), see `ismc_law`.
+        inverse_mass: [1/kg, 1/(kg m²)].
+        period: T_s [s].
+        delay: of the effort [s].
+        kick: [m, rad].
+        ticks: of a block.
+        peaks: (blocks,), written.
+    """
+    whole = int(np.floor(delay / period))
+    late = delay - whole * period
+    rest = period - late
+    queue = np.zeros(whole + 2)  # efforts, latest first
+    sigma, z, s, none = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1)
+    tau, limited, saturation = np.zeros(1), np.zeros(1), np.zeros(1)
+    q, v = kick, 0.0
+    z[0] = -gains[0, 0] * q
+    for block in range(peaks.size):
+        peaks[block] = 0.0
+        for _ in range(ticks):
+            sigma[0] = -v - gains[0, 0] * q
+            ismc_law(sigma, gains, period, none, z, s, tau, limited, saturation)
+            for i in range(whole + 1, 0, -1):
+                queue[i] = queue[i - 1]
+            queue[0] = limited[0]
+            for length, effort in ((late, queue[whole + 1]), (rest, queue[whole])):
+                acceleration = inverse_mass * effort
+                q += length * (v + 0.5 * length * acceleration)
+                v += length * acceleration
+            peaks[block] = max(peaks[block], abs(q))
+
+
+def mass_ratios(controller: IntegralSlidingMode) -> tuple[Array, Array]:
+    """Least and largest m_hat / M_ii(q) of each joint (6,) over the postures of `chatter`."""
+    diagonal = np.linalg.inv(inverse_mass_matrices()).diagonal(axis1=1, axis2=2)
+    m_hat = controller.array()[M_HAT]
+    return m_hat / diagonal.max(axis=0), m_hat / diagonal.min(axis=0)
+
+
+def arm_onset(controller: IntegralSlidingMode, period: float, every: int = 1) -> Array:
+    """Onset [s] of the whole arm, its joints coupled by M(q), over the postures of `chatter`.
+
+    Args:
+        controller: the gains.
+        period: T_s [s].
+        every: takes only each so many postures.
+    """
+    gains = controller.array()
+    return np.array([onset(m, gains, period) for m in inverse_mass_matrices()[::every]])
+
+
+def _least(fails: Callable[[float], bool], period: float) -> float:
+    """Least delay [s] at which `fails` holds: found in steps of a quarter period, then bisected."""
+    low, high = 0.0, 0.0
+    while not fails(high):
+        if high >= LONGEST:
+            return math.inf
+        low, high = high, high + 0.25 * period
+    while high - low > 1e-6:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if fails(middle) else (middle, high)
+    return high

@@ -1,0 +1,172 @@
+"""One axis of a teleoperation, in one compiled loop: for studies of a coupling without the arm.
+
+It has the kernels and the order of the Diagram: everything reads what the others had before. The
+robot is the limiter of the commands and, for the rest, a delay of some ticks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+
+from scara_drake.ik.servo import limit_motion
+from scara_drake.teleop.coupling.ports import Coupling
+from scara_drake.teleop.master import Master, hand_target, move_device
+
+PERIOD = 1e-3
+
+Delay = float | Callable[[float], float] | np.ndarray
+AXIS = 1
+# Columns of the result.
+T, X_M, F_M, X_S, F_ENV, E_IN_M, E_OUT_M, E_IN_S, E_OUT_S, RX_M, RX_S, X_HAND, F_APPLIED = range(13)
+
+
+@njit
+def run(
+    master_kernel, slave_kernel, c_master, c_slave, sizes, waypoints, sweep, transition, hand,
+    limit, arrive_up, arrive_down, wall, limiter, lag, scales, e_up, e_down, result,
+):  # fmt: skip
+    """Run; `arrive_*[k]` is the number of the packet that is on the receiver's port at tick k."""
+    steps = result.shape[0]
+    n_up, n_down = sizes[0], sizes[1]
+    ups, downs = np.zeros((steps + 1, n_up)), np.zeros((steps + 1, n_down))
+    new_m, new_s = np.zeros(n_down), np.zeros(n_up)
+    mem_m, mem_s = np.zeros(sizes[2]), np.zeros(sizes[3])
+    en_m, en_s = np.zeros(6), np.zeros(6)
+    sent_m, sent_s = np.zeros(n_up), np.zeros(n_down)
+    motion, target, nxt = np.zeros(6), np.zeros(3), np.zeros(3)
+    f_hand, f = np.zeros(3), np.zeros(3)
+    command = np.zeros(3)
+    xs, vs = np.zeros(3), np.zeros(3)
+    tool = np.zeros((steps + 1, 2))
+    f_env, ms = np.zeros(3), np.zeros(6)
+    up, down = np.zeros(n_up), np.zeros(n_down)
+    for k in range(steps):
+        t = k * 1e-3
+        # plant and contact: the tool follows the limiter with a lag
+        i = max(k - lag, 0)
+        d = (wall[0] - tool[i, 0]) if k > 0 else 0.0
+        force = 0.0
+        if d > 0.0:
+            force = max(wall[1] * d - wall[2] * min(d / 1e-3, 1.0) * tool[i, 1], 0.0)
+        # read what was before
+        up[:] = ups[arrive_up[k]]
+        down[:] = downs[arrive_down[k]]
+        f_old = f.copy()
+        motion_old = motion.copy()
+        for j in range(3):
+            ms[j] = xs[j] / scales[0]
+            ms[3 + j] = vs[j] / scales[0]
+        fe = -scales[1] * f_env
+        cmd_old = command.copy()
+        # the slave's limiter
+        error = scales[0] * cmd_old - xs
+        limit_motion(error, vs, limiter[0], limiter[1], limiter[2], 1e-3)
+        xs += 1e-3 * vs
+        tool[k + 1, 0], tool[k + 1, 1] = xs[AXIS], vs[AXIS]
+        slave_kernel(ms, fe, up, c_slave, new_s, mem_s, sent_s, command, en_s)
+        hand_target(t + 1e-3, waypoints, sweep, nxt)
+        move_device(transition, hand, limit, 1e-3, f_old, nxt, motion, target, f_hand)
+        master_kernel(motion_old, down, c_master, new_m, mem_m, sent_m, f, en_m)
+        f_env[AXIS] = force
+        ups[k + 1] = sent_m
+        downs[k + 1] = sent_s
+        result[k, 0] = t
+        result[k, 1] = motion[AXIS]
+        result[k, 2] = f[AXIS]
+        result[k, 3] = xs[AXIS]
+        result[k, 4] = force
+        result[k, 5] = en_m[AXIS]
+        result[k, 6] = en_m[3 + AXIS]
+        result[k, 7] = en_s[AXIS]
+        result[k, 8] = en_s[3 + AXIS]
+        result[k, 9] = down[e_down + AXIS] if e_down >= 0 else 0.0
+        result[k, 10] = up[e_up + AXIS] if e_up >= 0 else 0.0
+        result[k, 11] = nxt[AXIS]
+        result[k, 12] = f_old[AXIS]
+
+
+@dataclass
+class Rig:
+    """The standard case of the bilateral studies; all fields in SI units."""
+
+    master: Master = field(default_factory=Master)
+    wall: float = -0.01  # surface [m]
+    stiffness: float = 1e4  # [N/m]
+    damping: float = 100.0  # [N s/m]
+    max_speed: float = 0.5
+    max_acceleration: float = 10.0
+    bandwidth: float = 100.0
+    lag: int = 3  # ticks from the limiter to the tool
+    limit: float = np.inf
+
+    def run(
+        self,
+        coupling: Coupling,
+        up: Delay,
+        down: Delay,
+        duration: float = 12.0,
+        e_up: int = -1,
+        e_down: int = -1,
+    ) -> np.ndarray:
+        """Return the columns; `up`, `down` are delays [s], functions of t or arrival tables.
+
+        `e_up`, `e_down` say where in the packets the energies begin, for the columns RX_S, RX_M.
+        """
+        steps = round(duration / PERIOD)
+        result = np.zeros((steps, 13))
+        kernels = coupling.kernels()
+        run(
+            *kernels,
+            coupling.constants(PERIOD, self.limit, np.inf),
+            coupling.constants(PERIOD, np.inf, self.bandwidth),
+            np.array(coupling.sizes()),
+            self.master.waypoints(),
+            self.master.sweep_parameters(),
+            self.master.transition(PERIOD),
+            np.array([self.master.hand_stiffness, self.master.hand_damping]),
+            self.limit,
+            arrivals(up, steps),
+            arrivals(down, steps),
+            np.array([self.wall, self.stiffness, self.damping]),
+            np.array([self.max_speed, self.max_acceleration, self.bandwidth]),
+            self.lag,
+            np.array([coupling.position_scale, coupling.force_scale]),
+            e_up,
+            e_down,
+            result,
+        )
+        return result
+
+
+def arrivals(delay: Delay, steps: int, loss: float = 0.0, seed: int = 0) -> np.ndarray:
+    """The number of the packet on the port at each tick: the newest that has arrived."""
+    if isinstance(delay, np.ndarray):
+        return delay[:steps]
+    t = PERIOD * np.arange(steps)
+    law = delay if callable(delay) else (lambda t: delay + 0.0 * t)
+    travel = np.maximum(np.array([law(s) for s in t]), 0.0)
+    arrive = np.arange(steps) + np.round(travel / PERIOD).astype(int)
+    if loss > 0.0:
+        arrive[np.random.default_rng(seed).random(steps) < loss] = 10 * steps
+    newest = np.zeros(steps + 1, dtype=np.int64)
+    for k, a in enumerate(arrive):
+        if a < steps:
+            newest[a + 1] = max(newest[a + 1], k + 1)  # row k + 1 is written at tick k
+    return np.maximum.accumulate(newest)[:steps]
+
+
+PROFILES = {
+    "5 ms": 0.005,
+    "20 ms": 0.02,
+    "50 ms": 0.05,
+    "100 ms": 0.1,
+    "200 ms": 0.2,
+    "0.2 sin t": lambda t: max(0.2 * math.sin(t), 0.0),
+    "0.1 (1 + sin t)": lambda t: 0.1 * (1.0 + math.sin(t)),
+    "1 + sin t": lambda t: 1.0 + math.sin(t),
+}

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from coupling_rig import F_M, PROFILES, X_M, X_S, Rig, arrivals
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scara_drake.teleop.coupling.model_mediated import (
+    FIT,
+    MODEL_B,
+    MODEL_K,
+    MODEL_SIDE,
+    MODEL_X,
+    ModelMediated,
+    fit_surface,
+    read_surface,
+    render,
+)
+
+
+def fitted(x: np.ndarray, v: np.ndarray, f: np.ndarray) -> np.ndarray:
+    fit, model = np.zeros(FIT), np.zeros(4)
+    for sample in zip(x, v, f, strict=True):
+        fit_surface(*sample, 0.995, fit)
+        read_surface(fit, sample[2], model)
+    return model
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    stiffness=st.floats(200.0, 5e4),
+    damping=st.floats(0.0, 500.0),
+    surface=st.floats(-0.5, 0.5),
+    side=st.sampled_from([-1.0, 1.0]),
+)
+def test_the_fit_converges_to_a_known_wall(
+    stiffness: float, damping: float, surface: float, side: float
+) -> None:
+    t = 1e-3 * np.arange(1000)
+    x = surface + side * (2e-3 + 1e-3 * np.sin(12.0 * t) + 3e-4 * np.sin(31.0 * t))
+    v = np.gradient(x, t)
+    model = fitted(x, v, stiffness * (x - surface) + damping * v)
+    assert model[MODEL_K] == pytest.approx(stiffness, rel=0.02)
+    assert model[MODEL_B] == pytest.approx(damping, rel=0.02, abs=0.02 * stiffness / 30.0)
+    assert model[MODEL_X] == pytest.approx(surface, abs=5e-5)
+    assert model[MODEL_SIDE] == side
+
+
+def test_the_fit_forgets_a_wall_that_has_changed() -> None:
+    t = 1e-3 * np.arange(4000)
+    x = 2e-3 + 1e-3 * np.sin(12.0 * t) + 3e-4 * np.sin(31.0 * t)
+    v = np.gradient(x, t)
+    stiffness = np.where(t < 1.0, 1e4, 3e3)
+    assert fitted(x, v, stiffness * x)[MODEL_K] == pytest.approx(3e3, rel=0.01)
+
+
+def test_a_model_makes_no_step_of_force() -> None:
+    # The hand is 2 cm inside when the model comes: 200 N at once, if it were taken as it is.
+    model, period, power = np.array([1e4, 50.0, 0.0, 1.0]), 1e-3, 0.1
+    rest, stored, x = 0.02, 0.0, 0.02
+    for _ in range(500):
+        f, rest = render(model, x, 0.0, rest, period, 1e4, power)
+        energy = 0.5 * 1e4 * (x - rest) ** 2
+        assert energy <= stored + power * period + 1e-12
+        stored = energy
+    assert f == pytest.approx(np.sqrt(2.0 * 1e4 * 500 * power * period), rel=1e-6)
+    # The work of the hand may store more at once: from contact on, it is the wall.
+    rest, f = 0.0, 0.0
+    for depth in np.linspace(0.0, 1e-3, 500):
+        before, f = f, render(model, depth, 2e-3, rest, period, 1e4, 1.0)[0]
+        rest = render(model, depth, 2e-3, rest, period, 1e4, 1.0)[1]
+        assert abs(f - before) < 1.0
+    assert f == pytest.approx(10.0 + 2e-3 * 50.0, rel=1e-2)
+
+
+def test_no_pull_and_no_force_outside() -> None:
+    model = np.array([1e4, 100.0, 0.0, -1.0])
+    assert render(model, 1e-3, 0.0, 0.0, 1e-3, 1e4, 0.1) == (0.0, 0.0)
+    assert render(model, -1e-4, 0.5, 0.0, 1e-3, 1e4, 0.1)[0] == 0.0
+    assert render(np.zeros(4), 5.0, 1.0, 0.0, 1e-3, 1e4, 0.1) == (0.0, 5.0)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_the_wall_is_felt_where_it_is_whatever_the_delay(profile: str) -> None:
+    up, down = (arrivals(PROFILES[profile], 16_000, 0.1, seed) for seed in (1, 2))
+    result = Rig().run(ModelMediated(), up, down, 16.0)
+    hold = (result[:, 0] > 5.0) & (result[:, 0] < 6.0)
+    # The hand of 150 N/m, 3 cm inside a wall of 1e4 N/m that begins at -1 cm: 0.44 mm, 4.43 N.
+    assert abs(result[:, F_M]).max() < 10.0
+    assert result[hold, F_M].mean() == pytest.approx(-4.43, abs=0.15)
+    assert result[hold, X_M].mean() == pytest.approx(-0.01044, abs=1.5e-3)
+    assert abs(result[-500:, X_M] - result[-500:, X_S]).max() < 1e-3
+
+
+def test_wrong_fields_are_named() -> None:
+    with pytest.raises(ValueError, match=r"c\.forgetting: 1\.5, allowed 0\.9 to 1"):
+        ModelMediated(forgetting=1.5).validate("c")

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from coupling_rig import (
+    E_IN_M,
+    E_IN_S,
+    E_OUT_M,
+    E_OUT_S,
+    F_M,
+    PERIOD,
+    X_M,
+    X_S,
+    Rig,
+    arrivals,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scara_drake.teleop.coupling.wave_variables import WaveVariables, affordable, wave_slave
+
+VARYING = [lambda t: max(0.2 * math.sin(t), 0.0), lambda t: 0.1 * (1.0 + math.sin(t))]
+
+
+@settings(deadline=None, max_examples=25)
+@given(up=st.floats(0.0, 0.5), down=st.floats(0.0, 0.5), impedance=st.floats(5.0, 40.0))
+def test_a_constant_delay_is_passive(up: float, down: float, impedance: float) -> None:
+    result = Rig().run(WaveVariables(impedance=impedance), up, down, 10.0)
+    put_in = result[:, E_IN_M] - result[:, E_OUT_M]
+    given_out = result[:, E_OUT_S] - result[:, E_IN_S]
+    # The device moves a tick after the sample that its force belongs to: a millijoule.
+    assert (put_in - given_out).min() > -1e-3
+
+
+def test_without_delay_and_in_free_space_the_slave_follows() -> None:
+    result = Rig(wall=-9.0).run(WaveVariables(), 0.0, 0.0, 6.0)
+    assert abs(result[-500:, X_M] - result[-500:, X_S]).max() < 1e-4
+    assert abs(result[-500:, F_M]).max() < 0.01
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.1])
+@pytest.mark.parametrize("delay", [*VARYING, 0.2])
+def test_varying_delay_and_loss_neither_diverge_nor_drift(delay: float, loss: float) -> None:
+    up, down = (arrivals(delay, 16_000, loss, seed) for seed in (1, 2))
+    result = Rig().run(WaveVariables(), up, down, 16.0)
+    assert abs(result[:, F_M]).max() < 10.0
+    assert abs(result[-500:, X_M] - result[-500:, X_S]).max() < 1e-3
+    put_in = result[:, E_IN_M] - result[:, E_OUT_M]
+    given_out = result[:, E_OUT_S] - result[:, E_IN_S]
+    assert (put_in - given_out).min() > -1e-3
+
+
+def test_drift_without_the_position_term() -> None:
+    up, down = (arrivals(VARYING[0], 16_000, 0.1, seed) for seed in (1, 2))
+    result = Rig().run(WaveVariables(drift_gain=0.0), up, down, 16.0)
+    assert abs(result[-500:, X_M] - result[-500:, X_S]).max() > 5e-3
+
+
+@pytest.mark.parametrize("growth", [0.2, 0.5, 0.9])
+def test_a_growing_delay_is_the_gain_of_lozano(growth: float) -> None:
+    # A wave of 1 whose packets arrive stretched: played at the root mean square of 1 - tau'.
+    coupling = WaveVariables(drift_gain=0.0)
+    constants = coupling.constants(PERIOD, math.inf, 100.0)
+    up, down, _, memory_size = coupling.sizes()
+    newest, memory, sent = np.zeros(up), np.zeros(memory_size), np.zeros(down)
+    command, energy = np.zeros(3), np.zeros(6)
+    total, count = 0.0, 2000
+    for k in range(1, count + 1):
+        number = (1.0 - growth) * k
+        packet = np.zeros(up)
+        packet[0], packet[1], packet[4] = number, 1.0, 0.5 * PERIOD * number
+        before = memory[9]
+        wave_slave(
+            np.zeros(6), np.zeros(3), packet, constants, newest, memory, sent, command, energy
+        )
+        total += math.sqrt(2.0 * (memory[9] - before) / PERIOD)
+    assert total / count == pytest.approx(math.sqrt(1.0 - growth), rel=1e-6)
+
+
+def test_a_wave_is_cut_to_the_energy_that_is_there() -> None:
+    assert affordable(3.0, 1.0, 0.0, 1e-3) == 3.0
+    assert affordable(-3.0, 1.002, 1.0, 1e-3) == pytest.approx(-2.0)
+    assert affordable(3.0, 0.0, 1.0, 1e-3) == 0.0
+
+
+def test_wrong_fields_are_named() -> None:
+    with pytest.raises(ValueError, match=r"c\.impedance: 0\.0, allowed 0\.1 to 1000"):
+        WaveVariables(impedance=0.0).validate("c")

@@ -1,0 +1,87 @@
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from scara_drake.control.governor import ReferenceGovernor
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.experiments import NOT_COMPARABLE, windup
+
+
+@lru_cache
+def result():
+    return windup.run()
+
+
+def test_data_are_labelled_and_the_run_repeats_to_the_bit():
+    data = result().data
+    for variable in data.data_vars.values():
+        assert {"units", "long_name"} <= variable.attrs.keys()
+    assert data.attrs["seed"] == 0
+    assert windup.run().data.identical(data)
+
+
+def test_the_joints_are_pushed_away_as_far_as_the_law_gives_way():
+    # Outside its layer the law holds rho + k c e of the push: e = (d - rho) / (k c).
+    gains = IntegralSlidingMode()
+    rho, k, c = (np.array(gain) for gain in (gains.rho, gains.k, gains.c))
+    pushed = result().data.deviation.sel(time=windup.PUSH[1], method="nearest")
+    expected = (windup.EXCESS * rho - rho) / (k * c)
+    for which in windup.CLAMPS:
+        np.testing.assert_allclose(pushed.sel(anti_windup=which), expected, rtol=0.03)
+
+
+def test_a_clamped_joint_is_back_at_once_and_one_without_when_its_integral_is():
+    recovery = windup.recovery_time(result().data)
+    assert (recovery.sel(anti_windup="clamp") < 0.8).all()
+    # Pushed for 3 s with k sigma = rho, the sum takes 3 s with k sigma = -rho to unwind.
+    wound = recovery.sel(anti_windup="no clamp")
+    assert (wound > 3.0).all()
+    assert (wound < 3.6).all()
+
+
+def test_without_the_clamp_a_joint_overshoots_by_as_much_as_it_was_pushed():
+    deviation = result().data.deviation
+    share = -deviation.min("time") / deviation.max("time")
+    np.testing.assert_allclose(share.sel(anti_windup="no clamp"), 1.0, atol=0.05)
+    assert (share.sel(anti_windup="clamp") < 0.15).all()
+
+
+def test_only_the_governor_ends_the_overshoot_of_limited_drives():
+    data = result().data
+    passed = windup.overshoot(data)
+    none, clamp, governor = (passed.sel(protection=name) for name in windup.PROTECTIONS)
+    assert (none > clamp).all()
+    assert (clamp > 0.05).all()
+    assert (governor < 0.01).all()
+    arrived = data.q.isel(time=-1).sel(protection="clamp and governor")
+    np.testing.assert_allclose(arrived, windup.DISPLACEMENT, atol=1e-6)
+
+
+def test_the_motion_asks_for_twice_what_the_drives_give():
+    time = 1e-5 * np.arange(200000)
+    velocity = windup._reference(time)[:, 6:]
+    peak = np.abs(np.diff(velocity, axis=0)).max(axis=0) / 1e-5
+    np.testing.assert_allclose(peak, windup.DEMAND * windup._drives(), rtol=1e-3)
+
+
+@pytest.mark.parametrize("governed", [True, False])
+def test_a_motion_within_the_limits_is_the_same_with_and_without_the_governor(governed):
+    time = windup.PERIOD * np.arange(1500)
+    reference = windup._reference(0.5 * time)
+    reference[:, 6:] *= 0.5
+    motion = np.empty((time.size, 6))
+    bounds, none = ReferenceGovernor().array(), np.zeros((time.size, 6))
+    gains = windup._gains(True, windup._drives())
+    windup.run_joints(reference, none, gains, bounds, governed, windup.PERIOD, motion)
+    free = np.empty_like(motion)
+    gains = windup._gains(True, np.inf)
+    windup.run_joints(reference, none, gains, bounds, False, windup.PERIOD, free)
+    np.testing.assert_array_equal(motion, free)
+
+
+def test_claims_carry_their_evidence():
+    for claim in result().claims:
+        assert claim.verdict == NOT_COMPARABLE
+        assert "own, met:" in claim.reason
+        assert "nan" not in claim.ours
