@@ -106,6 +106,11 @@ class Scenario:
             value = getattr(self, part.name)
             if dataclasses.is_dataclass(value):
                 value.validate(part.name)  # type: ignore[union-attr]  # every part has one
+        if self.governor is not None and isinstance(self.operator, Master):
+            raise ValueError(
+                "governor: not with a Master, allowed empty: the coupling has to see every limit "
+                "of the motion, and the governor comes after it"
+            )
         # A controller of the user's own need not have a rule about its sampling.
         check_sampling = getattr(self.controller, "check_sampling", None)
         if check_sampling is not None:

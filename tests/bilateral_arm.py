@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from scara_drake.bilateral import add_bilateral
+from scara_drake.wiring.bilateral import add_bilateral
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.environment import Environment, ImpedanceContact, Wall, add_walls
 from scara_drake.ik.system import InverseKinematics, first_posture
@@ -21,7 +21,7 @@ from scara_drake.teleop.master import Master
 
 LOGGED = (
     "motion_master", "f_master", "f_hand", "motion_limited", "energy_master", "energy_slave",
-    "tool_command", "status",
+    "tool_command_received", "status",
 )  # fmt: skip
 
 

@@ -45,6 +45,14 @@ def test_imperfections_show_where_they_act():
     assert data.limited.sel(variation="lag 10 ms").max() > 0.5
 
 
+def test_a_limit_cycle_is_not_stable_though_it_stays_near_the_reference():
+    delayed = {"process_delay.actuation": "!ConstantDelay {delay: 0.001}"}
+    data = robustness_map({"two ticks": delayed}, ISMC, duration=DURATION)
+    assert data.peak.max() < robustness.LOST
+    assert data.limited.sel(joint="d1") > 2 * robustness.LIMITED
+    assert not data.stable.any()
+
+
 def test_smc_errs_by_the_perturbation_and_pid_like_ismc():
     data = robustness_map(some("links x 1.5"), CONTROLLERS, duration=DURATION)
     ismc, smc, pid = data.peak.sel(variation="links x 1.5").max("joint").values

@@ -77,7 +77,8 @@ def tool_force(q: Array, effort: Array) -> Array:
     """
     root = 1.0 / np.sqrt(robot.nominal_inertias())
     J_v = jacobian(q)[3:]
-    return np.linalg.lstsq((J_v * root).T, root * effort, rcond=SMALLEST_RATIO)[0]
+    force = np.linalg.lstsq((J_v * root).T, root * effort, rcond=SMALLEST_RATIO)[0]
+    return np.asarray(force, dtype=np.float64)
 
 
 class ContactForceEstimator(LeafSystem):

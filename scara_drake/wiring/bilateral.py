@@ -19,9 +19,9 @@ from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem
 from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.coupling.ports import Coupling
 from scara_drake.teleop.master import Master, SimulatedMaster
+from scara_drake.wiring import Signals, link_signals, outputs
 
 Array = NDArray[np.float64]
-Signals = dict[str, OutputPort]
 
 
 def add_bilateral(
@@ -89,11 +89,6 @@ def add_bilateral(
 
     made: Signals = {}
     for system in (device, near, far, kinematics):
-        for index in range(system.num_output_ports()):
-            port = system.get_output_port(index)
-            made[port.get_name()] = port
-    for direction, link in (("up", uplink), ("down", downlink)):
-        made[f"delay_{direction}"] = link.GetOutputPort("delay")
-        if link.HasOutputPort("age_of_information"):
-            made[f"age_{direction}"] = link.GetOutputPort("age_of_information")
-    return made
+        made |= dict(outputs(system))
+    made["tool_command_received"] = made.pop("tool_command")
+    return made | link_signals(uplink, "up") | link_signals(downlink, "down")

@@ -1,0 +1,102 @@
+"""The wiring from the references and the measured state to the plant's forces.
+
+::
+
+    state_desired -> (reference_delay) -> (governor) -> controller -> (actuation_delay, lag) -> plant
+    state -> (encoder) -> (measurement_delay) ------------^        (friction, perturbation) --^
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import Adder
+
+from scara_drake.control.contact_estimate import ContactForceEstimator
+from scara_drake.reference import JointMotion
+from scara_drake.scenario import Scenario
+from scara_drake.teleop.signal_delay import SignalDelay
+from scara_drake.wiring import Signals, chain, connect_by_name, outputs
+
+Array = NDArray[np.float64]
+
+
+def add_control(
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+) -> Signals:
+    """Add the controller, what it measures with, and what its references pass through."""
+    period, delays = scenario.time_step, scenario.process_delay
+    at_rest = np.concatenate([q_start, np.zeros(6)])
+    operator = scenario.operator
+    first_reference = operator.start_state() if isinstance(operator, JointMotion) else at_rest
+    controller = builder.AddNamedSystem("controller", scenario.controller.make_system(period))
+    made: Signals = dict(outputs(controller))
+
+    state, desired = signals["state"], signals["state_desired"]
+    if scenario.drives.encoder is not None:
+        encoder = scenario.drives.encoder.make_system(period, scenario.stream(2))
+        state = chain(builder, "encoder", encoder, state)
+    if delays is not None and delays.measurement is not None:
+        state = chain(
+            builder, "measurement_delay", SignalDelay(delays.measurement, at_rest, period), state
+        )
+    if delays is not None and delays.reference is not None:
+        desired = chain(
+            builder,
+            "reference_delay",
+            SignalDelay(delays.reference, first_reference, period),
+            desired,
+        )
+    if scenario.governor is not None:
+        governor = builder.AddNamedSystem("governor", scenario.governor.make_system(period))
+        made |= connect_by_name(
+            builder, governor, {**made, "state": state, "state_desired": desired}
+        )
+        desired = made["state_desired_governed"]
+    builder.Connect(state, controller.GetInputPort("state"))
+    builder.Connect(desired, controller.GetInputPort("state_desired"))
+    if "perturbation_estimate" in made:
+        estimator = builder.AddNamedSystem("contact_estimate", ContactForceEstimator())
+        made |= connect_by_name(builder, estimator, {**made, "state": state})
+
+    return made
+
+
+def add_drives(
+    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, signals: Signals
+) -> Signals:
+    """Lead the controller's effort through the drives to the plant; return what is on the way."""
+    period, delays, drives = scenario.time_step, scenario.process_delay, scenario.drives
+    made: Signals = {}
+    actuation = signals["actuation"]
+    if delays is not None and delays.actuation is not None:
+        delay = SignalDelay(delays.actuation, np.zeros(6), period)
+        actuation = chain(builder, "actuation_delay", delay, actuation)
+    if drives.lag is not None:
+        actuation = chain(builder, "actuator_lag", drives.lag.make_system(period), actuation)
+        made["actuation_delivered"] = actuation
+    builder.Connect(actuation, plant.get_actuation_input_port())
+    if drives.friction is not None:
+        friction = drives.friction.make_system(period)
+        made["friction_force"] = chain(builder, "joint_friction", friction, signals["state"])
+    return made
+
+
+def add_forces(
+    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, signals: Signals
+) -> None:
+    """Lead the sum of the forces on the joints, beside those of the drives, to the plant."""
+    names = ("generalized_force", "friction_force")
+    forces = [signals[name] for name in names if name in signals]
+    if scenario.perturbation is not None:
+        source = scenario.perturbation.make_system()
+        forces.append(builder.AddNamedSystem("perturbation", source).get_output_port())
+    if len(forces) > 1:
+        total = builder.AddNamedSystem("joint_forces", Adder(len(forces), 6))
+        for index, force in enumerate(forces):
+            builder.Connect(force, total.get_input_port(index))
+        forces = [total.get_output_port()]
+    if forces:
+        builder.Connect(forces[0], plant.get_applied_generalized_force_input_port())
