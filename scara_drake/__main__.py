@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
 
 from pydrake.geometry import Meshcat
 from pydrake.visualization import ModelVisualizer
@@ -15,10 +14,11 @@ from rich.table import Table
 
 from scara_drake import __version__, ik_command, metrics, robot, tune_command
 from scara_drake.block_diagram import render_svg
+from scara_drake.contact_report import yielding_joints
 from scara_drake.diagram import make_diagram
 from scara_drake.recording import save_recording
 from scara_drake.resources import resource
-from scara_drake.scenario import Scenario, load_scenario, scenario_names
+from scara_drake.scenario import Scenario, load_scenario, parse_overrides, scenario_names
 from scara_drake.simulate import Run, run
 from scara_drake.visualization import publish_recording, save_html, set_camera, start_recording
 
@@ -96,18 +96,8 @@ def _replay(options: argparse.Namespace, console: Console) -> None:
         raise SystemExit(status)
 
 
-def _overrides(settings: list[str]) -> dict[str, Any]:
-    pairs = {}
-    for setting in settings:
-        key, equals, value = setting.partition("=")
-        if not (key and equals):
-            raise ValueError(f"--set: '{setting}', allowed KEY=VALUE")
-        pairs[key] = value
-    return pairs
-
-
 def _run(options: argparse.Namespace, console: Console) -> None:
-    scenario = load_scenario(options.scenario, _overrides(options.set))
+    scenario = load_scenario(options.scenario, parse_overrides(options.set))
     record = options.record or Path("runs") / f"{scenario.name}.nc"
     for path, suffix in ((record, ".nc"), (options.html, ".html")):
         _check_target(path, suffix)
@@ -172,6 +162,10 @@ def _print_summary(console: Console, scenario: Scenario, result: Run) -> None:
     if scenario.environment.surfaces:
         force = float(metrics.peak(metrics.contact_force(recording)))
         table.add_row("contact force", "", f"{force:.1f} N")
+        if "saturation" in recording:
+            share = yielding_joints(recording)
+            names = [str(share.joint[i].values) for i in range(share.size) if share[i] > 0.0]
+            table.add_row("joints that yield in contact", "", ", ".join(names) or "none")
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
     if result.interrupted:

@@ -22,7 +22,8 @@ from pydrake.multibody.plant import (
 )
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from scara_drake.environment import ImpedanceContact, add_surfaces
+from scara_drake.control import contact_estimate
+from scara_drake.environment import ContactShapes, ImpedanceContact, add_surfaces
 from scara_drake.ik.system import first_posture
 from scara_drake.recording import add_recorder
 from scara_drake.reference import JointMotion, JointMotionSource
@@ -52,10 +53,10 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     scenario.validate()
     builder = DiagramBuilder()
     q_start = start_posture(scenario)
-    plant, scene_graph = _add_plant(builder, scenario, q_start)
+    plant, scene_graph, shapes = _add_plant(builder, scenario, q_start)
     signals: Signals = {"state": plant.get_state_output_port()}
     if scenario.environment.surfaces:
-        signals |= _add_contact(builder, scenario, plant)
+        signals |= _add_contact(builder, scenario, plant, shapes)
     operator = scenario.operator
     if isinstance(operator, JointMotion):
         signals |= _add_joint_motion(builder, operator)
@@ -105,23 +106,28 @@ def start_posture(scenario: Scenario) -> Array:
 
 def _add_plant(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array
-) -> tuple[MultibodyPlant, SceneGraph]:
+) -> tuple[MultibodyPlant, SceneGraph, ContactShapes]:
     config = MultibodyPlantConfig(time_step=scenario.time_step)
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
     add_scara(plant, scenario.robot)
-    add_surfaces(plant, scene_graph, scenario.environment)
+    shapes = add_surfaces(plant, scene_graph, scenario.environment)
     plant.Finalize()
     plant.SetDefaultPositions(q_start)
-    return plant, scene_graph
+    return plant, scene_graph, shapes
 
 
-def _add_contact(builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant) -> Signals:
+def _add_contact(
+    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, shapes: ContactShapes
+) -> Signals:
     contact = builder.AddNamedSystem(
-        "contact", ImpedanceContact(scenario.environment, scenario.time_step)
+        "contact", ImpedanceContact(scenario.environment, scenario.time_step, shapes)
     )
     builder.Connect(plant.get_state_output_port(), contact.GetInputPort("state"))
+    if contact.HasInputPort("contact_results"):
+        results = plant.get_contact_results_output_port()
+        builder.Connect(results, contact.GetInputPort("contact_results"))
     return dict(outputs(contact))
 
 
@@ -132,6 +138,8 @@ def _add_joint_motion(builder: DiagramBuilder, motion: JointMotion) -> Signals:
 
 def _slow_signals(scenario: Scenario) -> dict[str, float]:
     """Return the periods [s] of the signals that change less often than every time step."""
-    if not isinstance(scenario.operator, Joystick):
-        return {}
-    return {"joystick_axes": scenario.operator.sample_period, "rumble": scenario.haptics.period}
+    slow = {"f_estimated_W": contact_estimate.PERIOD}
+    if isinstance(scenario.operator, Joystick):
+        slow["joystick_axes"] = scenario.operator.sample_period
+        slow["rumble"] = scenario.haptics.period
+    return slow

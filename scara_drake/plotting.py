@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from pydrake.common.yaml import yaml_load
+from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
 
 from scara_drake import checks, kinematics, metrics, robot
-from scara_drake.environment import Wall
+from scara_drake.environment import Environment, Wall
 
 COMMANDED, DESIRED, MEASURED = "0.6", "#d6129c", "#0d9e73"
 FORCE, LAW, WALL = "#d62020", "0.15", "#6b94bd"
@@ -127,9 +127,10 @@ def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
 
 
 def walls(recording: xr.Dataset) -> list[Wall]:
-    """Return the walls of the scenario that a recording was made of."""
-    scenario = yaml_load(data=recording.attrs["scenario"], private=True)
-    return [Wall(**fields) for fields in scenario["environment"]["surfaces"]]
+    """Return the walls of the scenario that a recording was made of; boxes and pipes are none."""
+    data = yaml_load(data=recording.attrs["scenario"], private=True)["environment"]
+    environment = yaml_load_typed(schema=Environment, data=yaml_dump(data))
+    return [surface for surface in environment.surfaces if isinstance(surface, Wall)]
 
 
 def _tool_velocity(recording: xr.Dataset) -> np.ndarray:

@@ -62,9 +62,11 @@ SIGNALS: dict[str, Signal] = {
     "p_WE_measured": Signal("", 0, _AXIS, "m", "tool position of the plant"),
     "p_WE_desired": Signal("servo_state", 0, _AXIS, "m", "tool position of the references"),
     "p_WE_commanded": Signal("tool_command", 0, _AXIS, "m", "tool command before the channel"),
-    "f_env_on_tool_W": Signal("f_env_on_tool_W", 0, _AXIS, "N", "force of the walls on the tool"),
+    "f_env_on_tool_W": Signal(
+        "f_env_on_tool_W", 0, _AXIS, "N", "force of the surfaces on the tool"
+    ),
     "f_haptic": Signal("f_haptic", 0, _AXIS, "N", "that force after the channel"),
-    "penetration": Signal("penetration", 0, ("surface",), "m", "depth of the tool in each wall"),
+    "penetration": Signal("penetration", 0, ("surface",), "m", "depth of the tool in each surface"),
     "rumble": Signal("rumble", 0, ("motor",), "1", "strength of the motors, 0 to 1"),
     "joystick_axes": Signal("joystick_axes", 0, ("stick",), "1", "axes, -1 to 1"),
     "delay_up": Signal("delay_up", 0, (), "s", "delay of the command"),

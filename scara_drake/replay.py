@@ -37,7 +37,8 @@ from scara_drake.urdf import link_poses, read_visuals
 
 Array = NDArray[np.float64]
 Color = tuple[float, ...]  # red, green, blue, opacity
-Walls = list[tuple[list[float], Array]]  # of each block the sizes x, y, z [m] and X_WB (4, 4)
+# Of each block the sizes x, y, z [m], of a cylinder the radius and the length; and X_WB (4, 4).
+Walls = list[tuple[list[float], Array]]
 Poses = dict[str, Array]  # by scene path, (n, 4, 4): one of each frame
 
 WALL, DESIRED = (0.42, 0.58, 0.74, 0.30), (0.95, 0.05, 0.75, 1.0)
@@ -45,6 +46,8 @@ TRAIL, FORCE = (0.05, 0.62, 0.45, 1.0), (0.90, 0.04, 0.04, 1.0)
 TRAIL_PIECES = 200
 METRES_PER_NEWTON, LONGEST_ARROW, SMALLEST_FORCE = 1.0 / 250.0, 0.9, 1.0  # [m/N], [m], [N]
 JOINTS = ["d1", "theta2", "theta3", "theta4", "theta5", "theta6"]
+_SIZES = ("size", "thickness", "radius", "length")
+_NUMBERS = {"point", "normal", "direction", "centre", "rpy", *_SIZES}
 HIDDEN = 1e-6  # scale of what is not to be seen; a scale of zero would lose the rotation
 
 
@@ -56,16 +59,22 @@ _Untagged.add_multi_constructor("!", lambda loader, _, node: loader.construct_ma
 
 
 def read_walls(scenario: str) -> Walls:
-    """Read the walls of a scenario's YAML text."""
+    """Read the walls, boxes and cylinders of a scenario's YAML text, where they are at rest."""
     walls = []
-    for wall in yaml.load(scenario, _Untagged)["environment"]["surfaces"]:
+    for data in yaml.load(scenario, _Untagged)["environment"]["surfaces"]:
         # YAML takes 1e-05 for a text; numpy takes it for the number it is.
-        keys = ("point", "normal", "size", "thickness")
-        point, normal, size, thickness = (np.array(wall[key], dtype=np.float64) for key in keys)
-        R_WB = _facing(normal)
-        X_WB = translation_matrix(point - thickness / 2 * R_WB[:, 2])
-        X_WB[:3, :3] = R_WB
-        walls.append(([*size.tolist(), float(thickness)], X_WB))
+        read = {key: np.array(data[key], dtype=np.float64) for key in _NUMBERS & data.keys()}
+        if "rpy" in read:
+            turns = zip(read["rpy"][::-1], np.eye(3)[::-1], strict=True)
+            X_WB = np.linalg.multi_dot([rotation_matrix(*turn) for turn in turns])
+        else:
+            X_WB = np.eye(4)
+            X_WB[:3, :3] = _facing(read["normal" if "normal" in read else "direction"])
+        X_WB[:3, 3] = read.get("centre", read.get("point"))
+        sizes = [read[key] for key in _SIZES if key in read]
+        if "normal" in read:  # a block behind the plane
+            X_WB[:3, 3] -= read["thickness"] / 2 * X_WB[:3, 2]
+        walls.append((np.hstack(sizes).tolist(), X_WB))
     return walls
 
 
@@ -110,7 +119,8 @@ def draw(viewer: meshcat.Visualizer, data: xr.Dataset, walls: Walls, step: float
         node = viewer[f"robot/{part.link}/{part.name}"]
         _add(node, part.shape, part.size, part.X_LV, part.color)
     for index, (size, X_WB) in enumerate(walls):
-        _add(viewer[f"walls/{index}"], "box", size, X_WB, WALL)
+        shape = "box" if len(size) == 3 else "cylinder"
+        _add(viewer[f"walls/{index}"], shape, size, X_WB, WALL)
 
     desired = data.p_WE_desired.values
     _add(viewer["desired/ball"], "sphere", [0.035], np.eye(4), DESIRED)

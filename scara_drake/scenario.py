@@ -5,6 +5,7 @@ Each part is a dataclass that lives with its subject and checks itself. A part w
 in its union here.
 """
 
+import contextlib
 import copy
 import dataclasses
 import types
@@ -169,6 +170,21 @@ def dump_scenario(scenario: Scenario) -> str:
     return yaml_dump_typed(scenario, schema=dataclasses.make_dataclass("Written", hints))
 
 
+def parse_overrides(settings: list[str]) -> dict[str, Any]:
+    """Return the overrides of texts such as "controller.phi=0.5", for `load_scenario`.
+
+    Raises:
+        ValueError: a text is not KEY=VALUE.
+    """
+    pairs = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not (key and equals):
+            raise ValueError(f"--set: '{setting}', allowed KEY=VALUE")
+        pairs[key] = value
+    return pairs
+
+
 def scenario_names() -> list[str]:
     """Return the names of the shipped scenarios."""
     return sorted(path.stem for path in resource("diagrams").glob("*.yaml"))
@@ -195,6 +211,9 @@ def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
             value = yaml_load(data=value, private=True)
         except yaml.YAMLError as error:
             raise ValueError(f"{dotted}: {value}, not YAML: {_one_line(error)}") from None
+        with contextlib.suppress(TypeError, ValueError):
+            # YAML 1.1 takes 1e-3 for a text.
+            value = float(value) if isinstance(value, str) else value
     *parents, last = dotted.split(".")
     for parent in parents:
         data = data.setdefault(parent, {})

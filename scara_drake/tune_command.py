@@ -17,7 +17,7 @@ from rich.table import Table
 
 from scara_drake import robot
 from scara_drake.resources import resource
-from scara_drake.scenario import Scenario, dump_scenario, load_scenario
+from scara_drake.scenario import Scenario, dump_scenario, load_scenario, parse_overrides
 from scara_drake.teleop.operator import Joystick
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def run(options: argparse.Namespace, console: Console) -> None:
         from scara_drake.tuning import tune  # its extra may not be installed
     except ModuleNotFoundError as error:
         raise ValueError(f"tune: {error}, allowed with the extra 'tune' installed") from None
-    start = load_scenario(options.scenario, _overrides(options.set))
+    start = load_scenario(options.scenario, parse_overrides(options.set))
     output = options.output or Path("runs") / f"{start.name}_tuned.yaml"
     if output.suffix not in (".yaml", ".yml") or output.is_dir():
         raise ValueError(f"--output: '{output}', allowed a file that ends in .yaml")
@@ -168,16 +168,6 @@ def write_scenario(scenario: Scenario, path: Path) -> None:
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
-
-
-def _overrides(settings: list[str]) -> dict[str, Any]:
-    pairs = {}
-    for setting in settings:
-        key, equals, value = setting.partition("=")
-        if not (key and equals):
-            raise ValueError(f"--set: '{setting}', allowed KEY=VALUE")
-        pairs[key] = value
-    return pairs
 
 
 def _figures_table(result: Tuned, tracking: str) -> Table:

@@ -10,14 +10,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from scara_drake.wiring.bilateral import add_bilateral
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
-from scara_drake.environment import Environment, ImpedanceContact, Wall, add_walls
+from scara_drake.environment import Environment, ImpedanceContact, Wall, add_surfaces
 from scara_drake.ik.system import InverseKinematics, first_posture
 from scara_drake.robot import add_scara
 from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.coupling.ports import Coupling
 from scara_drake.teleop.master import Master
+from scara_drake.wiring.bilateral import add_bilateral
 
 LOGGED = (
     "motion_master", "f_master", "f_hand", "motion_limited", "energy_master", "energy_slave",
@@ -44,7 +44,7 @@ class Arm:
         plant.set_name("plant")
         add_scara(plant)
         environment = Environment([self.wall])
-        add_walls(plant, scene_graph, environment)
+        add_surfaces(plant, scene_graph, environment)
         plant.Finalize()
         command = self.master.first_command()
         q_start = first_posture(self.inverse_kinematics, command, 0)

@@ -52,6 +52,16 @@ def test_effort_within_limits_is_what_the_plant_applies():
     np.testing.assert_allclose(controller.GetOutputPort("actuation").Eval(history)[1], applied[1])
 
 
+@pytest.mark.parametrize("law", ["impedance", "hunt_crossley", "drake"])
+def test_a_press_on_a_pipe_with_any_law(law):
+    pipe = f"[!Cylinder {{point: [0.8, -0.8, 3.3], direction: [0, 0, 1], law: {law}}}]"
+    scenario = load_scenario("pipe_press", {"environment.surfaces": pipe, "duration": 0.5})
+    tool = kinematics.forward_kinematics(start_posture(scenario))[:3, 3]
+    scenario.environment.surfaces[0].point[1] = float(tool[1]) - 0.095  # 5 mm inside
+    force = simulate(scenario).isel(time=-1).f_env_on_tool_W.values
+    assert force[1] == pytest.approx(50.0, rel=0.1)
+
+
 def test_the_contact_force_acts_on_the_plant():
     """Pressing shifts the drives' effort by the transpose of the Jacobian times the force."""
     recording = simulate(load_scenario("teleoperation"))

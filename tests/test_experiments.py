@@ -42,6 +42,13 @@ SMALL = {
     "figures_20_27": {"duration": 2.5},
     "figure_28": {"duration": 18.0},
     "figures_29_30": {"duration": 5.0},
+    "stability": {
+        "postures": 4,
+        "every": 400,
+        "duration": 1.2,
+        "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
+    },
+    "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 
 

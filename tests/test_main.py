@@ -51,7 +51,7 @@ def test_run_writes_a_page(capsys, tmp_path):
 
 
 BAD = [
-    (["run", "nope"], "scenario: 'nope', allowed free_motion"),
+    (["run", "nope"], "scenario: 'nope', allowed bilateral, free_motion"),
     (["run", "joint_sine", "--set", "controler.phi=1"], "controler: unknown field"),
     (["run", "joint_sine", "--set", "controller.k=-1"], "controller.k[0]: -1.0, allowed 0 or more"),
     (["run", "joint_sine", "--set", "controller.k=.nan"], "controller.k[0]: nan, allowed 0 or"),
@@ -158,7 +158,7 @@ def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
 
 
 def test_a_traceback_is_shown_on_request():
-    with pytest.raises(ValueError, match="allowed free_motion"):
+    with pytest.raises(ValueError, match="allowed bilateral, free_motion"):
         main(["--traceback", "run", "nope"])
 
 

@@ -22,6 +22,7 @@ from pydrake.geometry import Box, Cylinder, Role, Sphere
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
+from scara_drake import environment as surroundings
 from scara_drake import load_scenario, replay, robot, save_recording, simulate
 from scara_drake.environment import Environment, Wall
 from scara_drake.kinematics import forward_kinematics
@@ -190,6 +191,17 @@ def test_a_wall_is_where_the_environment_has_it() -> None:
         X[:3, 3] -= wall.thickness / 2 * X[:3, 2]
         np.testing.assert_allclose(X_WB, X, rtol=0, atol=1e-12)
         assert size == [*wall.size, wall.thickness]
+
+
+def test_a_box_and_a_pipe_are_where_the_environment_has_them() -> None:
+    box = surroundings.Box(rpy=[0.3, -0.4, 0.5], size=[0.5, 0.6, 0.7])
+    pipe = surroundings.Cylinder(direction=[0.6, 0.0, -0.8], radius=0.2, length=1.1)
+    scenario = load_scenario("teleoperation")
+    scenario.environment = Environment([box, pipe])
+    read = replay.read_walls(dump_scenario(scenario))
+    for (_, X_WB), surface in zip(read, (box, pipe), strict=True):
+        np.testing.assert_allclose(X_WB, surface.pose().GetAsMatrix4(), rtol=0, atol=1e-12)
+    assert [size for size, _ in read] == [[0.5, 0.6, 0.7], [0.2, 1.1]]
 
 
 def test_tags_of_a_scenario_are_passed_over() -> None:

@@ -140,3 +140,14 @@ def test_a_part_of_your_own_is_written_under_its_own_tag():
     text = dump_scenario(scenario)
     assert "controller: !Mine" in text
     assert "gain: 2.5" in text
+
+
+def test_a_number_with_an_exponent_is_a_number():
+    scenario = load_scenario("joint_sine", {"controller.phi": "5e-1", "time_step": "1e-3"})
+    assert scenario.controller.phi == [0.5] * 6
+    assert scenario.time_step == 1e-3
+
+
+def test_a_governor_and_a_master_exclude_each_other():
+    with pytest.raises(ValueError, match=r"^governor: not with a Master"):
+        load_scenario("bilateral", {"governor": "{}"})

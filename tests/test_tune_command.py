@@ -75,7 +75,7 @@ def test_help_states_the_cost(capsys):
 
 
 BAD = [
-    (["tune", "nope"], "scenario: 'nope', allowed free_motion"),
+    (["tune", "nope"], "scenario: 'nope', allowed bilateral, free_motion"),
     ([*QUICK, "--set", "controller.k"], "--set: 'controller.k', allowed KEY=VALUE"),
     ([*QUICK, "--set", "controller.k=-1"], "controller.k[0]: -1.0, allowed 0 or more"),
     ([*QUICK, "--set", "controller.phi=0.001"], "controller: chatters"),

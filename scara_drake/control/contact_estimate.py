@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 # Directions of the force that the joints feel this much less than another are given none of it:
 # along a stretched arm.
 SMALLEST_RATIO: Final = 0.01
+PERIOD: Final = 0.01  # [s]
 
 
 def make_model() -> MultibodyPlant:
@@ -104,7 +105,7 @@ class ContactForceEstimator(LeafSystem):
         ValueError: a period out of 1 ms to 1 s, or a negative settling.
     """
 
-    def __init__(self, period: float = 0.01, settling: float = 0.25):
+    def __init__(self, period: float = PERIOD, settling: float = 0.25):
         super().__init__()
         checks.number("period", period, 1e-3, 1.0)
         checks.number("settling", settling, 0.0)

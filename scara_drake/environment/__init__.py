@@ -6,8 +6,6 @@ from scara_drake.environment.law import contact_force, normal_force, surface_dis
 from scara_drake.environment.scene import ContactShapes, add_surfaces
 from scara_drake.environment.surfaces import Box, Cylinder, Environment, Surface, Wall
 
-add_walls = add_surfaces
-
 __all__ = [
     "Box",
     "ConstantVelocity",
@@ -19,7 +17,6 @@ __all__ = [
     "Surface",
     "Wall",
     "add_surfaces",
-    "add_walls",
     "contact_force",
     "normal_force",
     "surface_distance",

@@ -16,6 +16,8 @@ from scara_drake.experiments import (
     figures_20_27,
     figures_29_30,
     orientation_drift,
+    perturbation_observer,
+    stability,
     table_5,
     table_6,
     table_8,
@@ -50,6 +52,8 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figure_28": figure_28.run,
     "figures_29_30": figures_29_30.run,
     "windup": windup.run,
+    "perturbation_observer": perturbation_observer.run,
+    "stability": stability.run,
 }
 
 __all__ = [

@@ -70,11 +70,15 @@ def edges(signal: xr.DataArray) -> xr.DataArray:
 
 
 def late(data: xr.Dataset, channel: str) -> xr.DataArray:
-    """How much later than without delay each touch and release is felt [s]; NaN if not paired."""
-    with_delay, without = (edges(data.force_felt.sel(channel=name)) for name in (channel, "none"))
-    if with_delay.size != without.size:
-        return xr.DataArray([np.nan])
-    return xr.DataArray(with_delay.values - without.values)
+    """How much later than without delay each touch and release is felt (edge) [s].
+
+    An edge that is not felt before the end of the run is left out.
+    """
+    with_delay, without = (
+        edges(data.force_felt.sel(channel=name)).values for name in (channel, "none")
+    )
+    felt = min(with_delay.size, without.size)
+    return xr.DataArray(with_delay[:felt] - without[:felt], dims="edge")
 
 
 def lag_error(data: xr.Dataset, channel: str) -> float:
@@ -105,8 +109,18 @@ def claims(data: xr.Dataset) -> list[Claim]:
         Claim(
             "With delay the haptic signal comes later than without (red against blue)",
             "later",
-            ", ".join(f"{name}: {span(values.values)} s" for name, values in lags.items()),
-            judge(all(bool((v.max() > 0.05) & (v.min() >= 0.0)) for v in lags.values())),
+            ", ".join(
+                f"{name}: {span(values.values)} s"
+                if values.size
+                else f"{name}: not within {float(data.time[-1]):g} s"
+                for name, values in lags.items()
+            ),
+            judge(
+                all(
+                    v.size and float(v.max()) > 0.05 and float(v.min()) >= 0.0
+                    for v in lags.values()
+                )
+            ),
             "Criterion: no touch or release is felt earlier, and one is felt 50 ms later. It is "
             "late by the delays of both ways, that of the command and that of the force; where "
             "0.2 sin t is negative, and cut to zero, there is no delay.",

@@ -2,8 +2,8 @@
 
 ::
 
-    state_desired -> (reference_delay) -> (governor) -> controller -> (actuation_delay, lag) -> plant
-    state -> (encoder) -> (measurement_delay) ------------^        (friction, perturbation) --^
+    state_desired -> (reference_delay) -> (governor) -> controller -> (delay, lag) -> plant
+    state -> (encoder) -> (measurement_delay) -----------------^  (friction, perturbation) --^
 """
 
 from __future__ import annotations
