@@ -2,8 +2,13 @@
 
 from importlib.metadata import version
 from importlib.util import find_spec
+from pathlib import Path
 
-from scara_drake import kinematics
+from scara_drake.kernel_cache import remove_stale_kernels
+
+remove_stale_kernels(Path(__file__).parent)  # before any kernel is loaded
+
+from scara_drake import kinematics  # noqa: E402 - see above
 
 # Where Drake has no wheel (Windows), recordings can still be replayed: see `scara_drake.replay`.
 if find_spec("pydrake") is not None:
