@@ -134,16 +134,17 @@ class Packets:
         return PacketChannel(self, initial, period, seed)
 
     def parameters(self) -> Array:
-        """Return the constants (8,) of `jitter_time` and `is_lost`, and the longest travel."""
+        """Return the constants (9,): jitter, loss, longest travel and send period."""
         jitter, loss = self.jitter, self.loss
         kind = DISTRIBUTIONS.index(jitter.distribution)
         chances = [loss.in_good, loss.in_bad, loss.to_bad, loss.to_good]
-        return np.array([kind, jitter.mean, jitter.std, *chances, self.longest], dtype=np.float64)
+        times = [self.longest, self.send_period]
+        return np.array([kind, jitter.mean, jitter.std, *chances, *times], dtype=np.float64)
 
 
 # Entries of the constants, and of the head of the memory.
-KIND, MEAN, STD, IN_GOOD, IN_BAD, TO_BAD, TO_GOOD, MAXIMUM = range(8)
-COUNT, NEWEST, BAD, STAMP, HEAD = range(5)
+KIND, MEAN, STD, IN_GOOD, IN_BAD, TO_BAD, TO_GOOD, MAXIMUM, SPACING = range(9)
+COUNT, NEWEST, BAD, FIRST, STAMP, HEAD = range(6)
 # Streams of random numbers, beside those that `gamma` takes after its seed.
 JITTER, LOST, CHANGE, STREAMS = 0, 3, 4, 5
 
@@ -208,30 +209,34 @@ def step_packets(
         outages: (2 n,) [s].
         seed: of jitter and loss.
         sent: (n,) the signal now.
-        memory: HEAD entries, then rows of n + 2: sent at, arrives at (infinite if lost), payload.
+        memory: HEAD entries, then rows of n + 1: when it arrives (infinite if lost), payload. When
+            it was sent follows from the first packet and the send period: the memory is copied at
+            every tick, so a row holds no more than it must.
         received: (n,), written.
         delay: (1,), of the packet in use [s].
         age: (1,), since the packet in use was sent [s].
     """
     n = sent.size
-    width = n + 2
+    width = n + 1
     rows = (memory.size - HEAD) // width
     count, newest = int(memory[COUNT]), int(memory[NEWEST])
     if send:
+        if count == 0:
+            memory[FIRST] = t
         lost = is_lost(constants, seed, count, memory) or in_outage(outages, t)
         travel = max(delay_at(law, t) + jitter_time(constants, seed, count), 0.0)
         row = HEAD + (count % rows) * width
-        memory[row] = t
-        memory[row + 1] = np.inf if lost or travel > constants[MAXIMUM] + TICK else t + travel
-        memory[row + 2 : row + width] = sent
+        memory[row] = np.inf if lost or travel > constants[MAXIMUM] + TICK else t + travel
+        memory[row + 1 : row + width] = sent
         count += 1
         memory[COUNT] = count
     for packet in range(count - 1, max(newest, count - rows - 1), -1):
         row = HEAD + (packet % rows) * width
-        if memory[row + 1] <= t + TICK:
-            memory[NEWEST], memory[STAMP] = packet, memory[row]
-            received[:] = memory[row + 2 : row + width]
-            delay[0] = memory[row + 1] - memory[row]
+        if memory[row] <= t + TICK:
+            stamp = memory[FIRST] + packet * constants[SPACING]
+            memory[NEWEST], memory[STAMP] = packet, stamp
+            received[:] = memory[row + 1 : row + width]
+            delay[0] = memory[row] - stamp
             break
     age[0] = t - memory[STAMP]
 
@@ -285,7 +290,7 @@ class PacketChannel(LeafSystem):
         self._outages = np.array(packets.outages, dtype=np.float64)
         self._seed = seed
         rows = math.ceil(packets.longest / packets.send_period) + 1
-        memory = np.zeros(HEAD + rows * (first.size + 2))
+        memory = np.zeros(HEAD + rows * (first.size + 1))
         memory[NEWEST] = -1.0
         self._sent = self.DeclareVectorInputPort("signal_sent", first.size)
         self._received = declare_state(self, first, "signal_received")
