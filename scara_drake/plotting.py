@@ -6,7 +6,7 @@ Colours are those of the scene: what is desired is magenta, what is measured gre
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -126,11 +126,58 @@ def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
     return right
 
 
+def coupled_motion(recording: xr.Dataset, ax: Axes, axis: str = "y") -> None:
+    """Draw where the hand wants to be, the device, and the tool on its way from the start.
+
+    Args:
+        recording: of a bilateral run.
+        ax: where to draw.
+        axis: "x", "y" or "z".
+
+    Raises:
+        ValueError: the recording has no master, or there is no such axis.
+    """
+    along = _along(recording, axis)
+    tool = along.p_WE_measured - along.p_WE_measured.isel(time=0)
+    ax.plot(recording.time, 1e3 * along.hand_target, color=COMMANDED, linestyle=":", label="hand")
+    ax.plot(recording.time, 1e3 * along.x_master, color=DESIRED, linestyle="--", label="device")
+    ax.plot(recording.time, 1e3 * tool, color=MEASURED, label="tool")
+    _finish(ax, "time [s]", f"{axis} [mm]")
+
+
+def coupling_energy(recording: xr.Dataset, ax: Axes, axis: str = "y", **line: Any) -> None:
+    """Draw the energy that came in at both ports of a coupling less what went out.
+
+    Below zero the coupling and the channel have given out more than they had taken.
+
+    Args:
+        recording: of a bilateral run.
+        ax: where to draw.
+        axis: "x", "y" or "z".
+        **line: of `Axes.plot`, such as a label.
+
+    Raises:
+        ValueError: the recording has no master, or there is no such axis.
+    """
+    along = _along(recording, axis)
+    came_in = along.energy_master_in + along.energy_slave_in
+    went_out = along.energy_master_out + along.energy_slave_out
+    ax.plot(recording.time, came_in - went_out, **{"label": "stored", **line})
+    _finish(ax, "time [s]", "energy [J]")
+
+
 def walls(recording: xr.Dataset) -> list[Wall]:
     """Return the walls of the scenario that a recording was made of; boxes and pipes are none."""
     data = yaml_load(data=recording.attrs["scenario"], private=True)["environment"]
     environment = yaml_load_typed(schema=Environment, data=yaml_dump(data))
     return [surface for surface in environment.surfaces if isinstance(surface, Wall)]
+
+
+def _along(recording: xr.Dataset, axis: str) -> xr.Dataset:
+    if "x_master" not in recording:
+        raise ValueError("recording: no master, allowed one of a bilateral run")
+    checks.choice("axis", axis, ("x", "y", "z"))
+    return recording.sel(axis=axis)
 
 
 def _tool_velocity(recording: xr.Dataset) -> np.ndarray:

@@ -126,6 +126,47 @@ def test_haptic_draws_both_forces_and_the_motors(recording, ax):
     assert right.get_ylabel() == "rumble [1]"
 
 
+@pytest.fixture(scope="module")
+def bilateral():
+    return sd.simulate(sd.load_scenario("bilateral"), duration=1.6)
+
+
+def test_coupled_motion_draws_hand_device_and_tool_in_mm(bilateral, ax):
+    plotting.coupled_motion(bilateral, ax)
+    drawn = lines(ax)
+    along = bilateral.sel(axis="y")
+    assert_line(drawn["hand"], along.time, 1000 * along.hand_target, rtol=1e-12)
+    assert_line(drawn["device"], along.time, 1000 * along.x_master, rtol=1e-12)
+    tool = drawn["tool"].get_ydata()
+    assert tool[0] == 0.0
+    np.testing.assert_allclose(np.diff(tool), 1000 * np.diff(along.p_WE_measured), atol=1e-9)
+    assert tool[-1] < -1.0  # it has moved along -y
+    assert ax.get_ylabel() == "y [mm]"
+
+
+def test_coupling_energy_is_what_came_in_less_what_went_out(bilateral, ax):
+    plotting.coupling_energy(bilateral, ax, label="mine")
+    energy = lines(ax)["mine"].get_ydata()
+    meters = bilateral.sel(axis="y")
+    expected = (
+        meters.energy_master_in
+        - meters.energy_master_out
+        + meters.energy_slave_in
+        - meters.energy_slave_out
+    )
+    np.testing.assert_allclose(energy, expected, atol=1e-12)
+    assert abs(energy).max() > 1e-3
+    assert ax.get_ylabel() == "energy [J]"
+
+
+@pytest.mark.parametrize("plot", [plotting.coupled_motion, plotting.coupling_energy])
+def test_bilateral_plots_say_what_they_need(recording, bilateral, ax, plot):
+    with pytest.raises(ValueError, match="no master"):
+        plot(recording, ax)
+    with pytest.raises(ValueError, match="'w', allowed x, y, z"):
+        plot(bilateral, ax, axis="w")
+
+
 def test_walls_are_those_of_the_scenario(recording):
     (wall,) = plotting.walls(recording)
     assert (wall.name, wall.stiffness, wall.damping) == ("front", 1e4, 100.0)

@@ -70,10 +70,12 @@ def _cost(data: xr.Dataset) -> Claim:
     )  # fmt: skip
     return _claim(
         "Passivity is not transparency: what TDPA costs",
-        f"energy margin from {float(tdpa.energy_margin.min()):.3f} J, model-mediated from "
+        f"least energy left {float(tdpa.energy_margin.min()):.3f} J, model-mediated "
         f"{float(model.energy_margin.min()):.3f} J; position error while pressing "
         f"{span(tdpa.position_error.values.ravel(), 1, 1e3)} mm, model-mediated "
-        f"{span(model.position_error.values.ravel(), 1, 1e3)} mm; force ripple "
+        f"{span(model.position_error.values.ravel(), 1, 1e3)} mm; force error "
+        f"{span(tdpa.force_error.values.ravel())} N, model-mediated "
+        f"{span(model.force_error.values.ravel())} N; force ripple "
         f"{span(tdpa.ripple.values.ravel())} N, model-mediated "
         f"{span(model.ripple.values.ravel())} N{transparent}",
         passive and behind,

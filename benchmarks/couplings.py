@@ -1,0 +1,215 @@
+"""The couplings of a bilateral teleoperation over the named channels: one table a channel.
+
+What is run, and what each figure means, is told by `scara_drake.experiments.couplings`. It takes
+some minutes::
+
+    python benchmarks/couplings.py --jobs 2 --output benchmarks/results
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from scara_drake.experiments.couplings import CASES, COUPLINGS, LINKS, run
+from scara_drake.experiments.result import Claim
+from scara_drake.recording import versions
+from scara_drake.teleop.presets import PRESETS
+
+# Figure, its heading, and its scale.
+PRESSED = {
+    "peak": ("peak [N]", 1.0),
+    "contact": ("contact [%]", 1e2),
+    "position_error": ("error [mm]", 1e3),
+    "drift": ("drift [mm]", 1e3),
+    "ripple": ("ripple [N]", 1.0),
+    "force_error": ("force error [N]", 1.0),
+    "energy_margin": ("energy [J]", 1.0),
+}
+SWEPT = {
+    "transparency_error": ("Z error [dec]", 1.0),
+    "z_width": ("Z width [dec]", 1.0),
+}
+ALWAYS = ("peak", "energy_margin")  # of a run that is not stable, too
+TOUCHING = ("contact", "ripple", "force_error")
+LEGEND = (
+    "A hand of 150 N/m on a device of 0.3 kg presses 3 cm into a wall of 10 kN/m and 100 N s/m, "
+    "holds for 4 s and lets go, in the master's units. Cases: free, without the wall; wall; loss, "
+    "the wall with 10 % of the packets lost beside what the channel loses.",
+    "- stable: from the second second of the hold on, the device has less energy of motion than "
+    "the hand's spring could give. Of a run that is not, only peak and energy are given.\n"
+    "- peak: of the force at the master, before the limit of its actuators.\n"
+    "- contact: share of the last second of the press in which the tool is touched.\n"
+    "- error: tool from master in that second, with the delay removed, rms; in the case free all "
+    "along.\n"
+    "- drift: tool from master, largest in the last half second, 4.5 s after the release.\n"
+    "- ripple: standard deviation of the force at the master in the last second of the press.\n"
+    "- force error: to the force at the tool in that second, with the delay removed, rms.\n"
+    "- energy: least that was left in coupling and channel, with the reserve; negative where they "
+    "made some.\n"
+    "- Z error: mean |log10| of the impedance that the coupling shows at the wall over the wall's, "
+    "0.1 to 10 Hz, by a sweep of the hand.\n"
+    "- Z width: mean log10 of what the hand feels at the wall over that in free space, the device "
+    "included.",
+)
+
+
+@dataclass
+class Grid:
+    """A table: its title, its headings, its rows."""
+
+    title: str
+    headings: list[str]
+    rows: list[list[str]]
+
+    def print(self, console: Console) -> None:
+        """Print it."""
+        table = Table(title=self.title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        for index, heading in enumerate(self.headings):
+            table.add_column(
+                Text(heading.replace(" ", "\n") if index else heading),
+                justify="right" if index else "left",
+                no_wrap=True,
+            )
+        names = [row[0] for row in self.rows]
+        for before, row in zip(["", *names], self.rows, strict=False):
+            table.add_row("" if row[0] == before else row[0], *row[1:])
+        console.print(table)
+
+    def markdown(self) -> list[str]:
+        """Return its lines."""
+        rule = "|---|" + "---:|" * (len(self.headings) - 1)
+        lines = [f"| {' | '.join(row)} |" for row in (self.headings, *self.rows)]
+        return [f"## {self.title}", "", lines[0], rule, *lines[1:], ""]
+
+
+def digits(value: float) -> str:
+    """Three digits, and none below a hundredth; "-" for none."""
+    if np.isnan(value):
+        return "-"
+    if abs(value) < 0.005:
+        return "0"
+    places = 2 if abs(value) < 10.0 else 1 if abs(value) < 100.0 else 0
+    return f"{value:.{places}f}"
+
+
+def summary(data: xr.Dataset) -> Grid:
+    """Tabulate the worst of each coupling over the channels, among what was stable."""
+    pressed = data.sel(case=[case for case in data.case.values if case != "free"])
+    rows = []
+    for name in data.coupling.values:
+        one, stable = pressed.sel(coupling=name), data.stable.sel(coupling=name)
+        calm = one.where(one.stable)
+        rows.append(
+            [
+                name,
+                f"{int(stable.sum())} of {stable.size}",
+                digits(float(one.peak.max())),
+                *(
+                    _range(calm[figure].values, scale)
+                    for figure, (_, scale) in PRESSED.items()
+                    if figure not in ALWAYS
+                ),
+                digits(float(one.energy_margin.min())),
+                *(_range(one[figure].values, 1.0) for figure in SWEPT),
+            ]
+        )
+    headings = ["coupling", "stable runs", *(heading for heading, _ in PRESSED.values())]
+    headings += [heading for heading, _ in SWEPT.values()]
+    return Grid("Over all channels, pressing", headings, rows)
+
+
+def _range(values: np.ndarray, scale: float) -> str:
+    known = scale * values[~np.isnan(values)]
+    if known.size == 0:
+        return "-"
+    low, high = digits(float(known.min())), digits(float(known.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def channel(data: xr.Dataset, preset: str) -> Grid:
+    """Tabulate the couplings over one channel, a row for each case."""
+    there = data.sel(preset=preset)
+    rows = []
+    for name in data.coupling.values:
+        for case in data.case.values:
+            one = there.sel(coupling=name, case=case)
+            stable = bool(one.stable)
+            row = [name, case, "yes" if stable else "no"]
+            row += [
+                digits(scale * float(one[figure])) if told(figure, case, stable) else ""
+                for figure, (_, scale) in PRESSED.items()
+            ]
+            row += [digits(float(one[figure])) if case == "wall" else "" for figure in SWEPT]
+            rows.append(row)
+    headings = ["coupling", "case", "stable", *(heading for heading, _ in PRESSED.values())]
+    headings += [heading for heading, _ in SWEPT.values()]
+    age = "; ".join(
+        f"{_range(there[figure].values.ravel(), 1e3)} ms {word}"
+        for figure, word in (("age_mean", "mean"), ("age_p99", "at 99 %"))
+    )
+    meaning = PRESETS[preset].meaning if preset in PRESETS else "a constant delay"
+    return Grid(f"{preset}: {meaning}; age of information {age}", headings, rows)
+
+
+def told(figure: str, case: str, stable: bool) -> bool:
+    """Whether a figure of a run means something."""
+    return figure in ALWAYS or (stable and not (figure in TOUCHING and case == "free"))
+
+
+def write(folder: Path, grids: Sequence[Grid], claims: Sequence[Claim], command: str) -> None:
+    """Write couplings.md."""
+    folder.mkdir(parents=True, exist_ok=True)
+    taking_part = ", ".join(f"{name} {version}" for name, version in versions().items())
+    lines = ["# Bilateral couplings over the named channels", ""]
+    lines += [f"{date.today().isoformat()}; {taking_part}.", "", f"Written by `{command}`.", ""]
+    lines += [line for text in LEGEND for line in (text, "")]
+    lines += [f"- **{claim.statement}.** {claim.ours}. {claim.reason}" for claim in claims]
+    lines += ["", *(line for grid in grids for line in grid.markdown())]
+    (folder / "couplings.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run, print, and write where asked to."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--couplings", nargs="+", choices=COUPLINGS, default=list(COUPLINGS))
+    parser.add_argument("--presets", nargs="+", choices=LINKS, default=list(LINKS))
+    parser.add_argument("--output", type=Path, metavar="FOLDER", help="write couplings.md")
+    options = parser.parse_args(arguments)
+    if options.jobs < 1:
+        parser.error(f"--jobs {options.jobs}: allowed 1 or more")
+    begin = time.perf_counter()
+    experiment = run(
+        couplings=options.couplings,
+        presets=options.presets,
+        cases=CASES,
+        jobs=options.jobs,
+        progress=True,
+    )
+    data = experiment.data
+    grids = [summary(data), *(channel(data, name) for name in data.preset.values)]
+    console = Console()
+    for grid in grids:
+        grid.print(console)
+    for claim in experiment.claims:
+        console.print(f"{claim.statement}: {claim.ours}. {claim.reason}\n", highlight=False)
+    if options.output:
+        write(options.output, grids, experiment.claims, "python benchmarks/couplings.py")
+        console.print(f"Results: {options.output / 'couplings.md'}")
+    console.print(f"{time.perf_counter() - begin:.0f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""The table of the couplings: its data, and how they are judged."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scara_drake.experiments import couplings
+from scara_drake.experiments.result import VERDICTS, Experiment
+from scara_drake.teleop.delays import ConstantDelay
+from scara_drake.teleop.packet_channel import Loss, Packets
+
+SMALL = {
+    "couplings": ("direct", "TDPA"),
+    "presets": ("5 ms", "4g"),
+    "times": (0.2, 0.6, 1.4, 1.8),
+    "duration": 2.6,
+    "sweep_duration": 0.0,
+}
+BRIEF = {"times": (0.1, 0.2, 0.4, 0.5), "duration": 0.7}
+
+
+@cache
+def small() -> Experiment:
+    return couplings.run(**SMALL)
+
+
+def met(data: xr.Dataset) -> list[bool]:
+    return ["Criterion of our own, met" in claim.reason for claim in couplings.claims(data)]
+
+
+def test_the_data_are_labelled_and_the_claims_complete() -> None:
+    experiment = small()
+    for name, values in experiment.data.data_vars.items():
+        assert values.attrs["units"], name
+        assert values.attrs["long_name"], name
+    assert dict(experiment.data.sizes) == {"coupling": 2, "preset": 2, "case": 3}
+    assert experiment.data.attrs["seed"] == 0
+    assert len(experiment.claims) == 2
+    for claim in experiment.claims:
+        assert claim.verdict in VERDICTS
+        assert all([claim.statement, claim.paper, claim.ours, claim.reason])
+        assert "nan" not in claim.ours
+
+
+def test_direct_is_unstable_at_the_wall_only_and_tdpa_is_stable() -> None:
+    data = small().data
+    direct, tdpa = data.sel(coupling="direct"), data.sel(coupling="TDPA")
+    assert direct.stable.sel(case="free").all()
+    assert not direct.stable.sel(case=["wall", "loss"]).any()
+    assert (direct.peak.sel(case=["wall", "loss"]) > 100.0).all()
+    assert tdpa.stable.all()
+    assert (tdpa.peak < 40.0).all()
+    # What TDPA has between master and tool is a spring: K_c = 1000 N/m, and nearly 4 N on it.
+    error = tdpa.position_error.sel(case="wall", preset="5 ms")
+    assert float(error) == pytest.approx(150.0 * 0.03 / (150.0 + 1e4 / 11.0) / 1.1, rel=0.02)
+    assert met(data)[0]
+
+
+def test_energy_comes_from_nowhere_with_direct_only() -> None:
+    margin = small().data.energy_margin
+    assert (margin.sel(coupling="direct", case=["wall", "loss"]) < -1.0).all()
+    assert (margin.sel(coupling="TDPA") > -1e-6).all()
+
+
+def test_loss_makes_information_older() -> None:
+    age = small().data.age_mean.sel(coupling="direct")
+    assert float(age.sel(preset="5 ms", case="wall")) == pytest.approx(0.005)
+    # A tenth is lost: the next packet is on average 1 / 9 of a period behind.
+    added = age.sel(preset="5 ms", case="loss") - age.sel(preset="5 ms", case="wall")
+    assert float(added) == pytest.approx(1e-3 / 9.0, rel=0.2)
+
+
+def test_a_run_that_throws_the_device_breaks_the_claims() -> None:
+    data = small().data.copy(deep=True)
+    calm = {"coupling": "TDPA"}
+    data["drift"].loc[calm] = 0.0
+    assert met(data) == [True, True]
+    for figure, bad in (("drift", 2e-3), ("peak", 41.0), ("stable", False)):
+        broken = data.copy(deep=True)
+        broken[figure].loc[{"coupling": "TDPA", "preset": "4g", "case": "loss"}] = bad
+        assert met(broken) == [True, False], figure
+    data["stable"].loc[{"coupling": "direct", "preset": "5 ms", "case": "wall"}] = True
+    assert met(data) == [False, True]
+
+
+def test_channels_below_5_ms_do_not_count_for_direct() -> None:
+    data = small().data.copy(deep=True)
+    data["stable"].loc[{"coupling": "direct", "preset": "5 ms"}] = True
+    data["age_mean"].loc[{"preset": "5 ms"}] = 1e-3
+    assert met(data)[0]
+
+
+def test_two_processes_give_the_same_bits() -> None:
+    part = {**SMALL, "presets": ("4g",), "cases": ("loss",), **BRIEF}
+    one, two = couplings.run(**part), couplings.run(**part, jobs=2)
+    assert one.data.identical(two.data)
+    other = couplings.run(**part, seed=1)
+    assert not np.array_equal(other.data.age_mean, one.data.age_mean)
+    assert one.data.attrs["seed"] == 0
+
+
+def test_a_run_that_ends_within_the_press_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"^duration: 1\.0, allowed 1\.8 or more"):
+        couplings.run(**{**SMALL, "duration": 1.0})
+
+
+def test_a_case_without_a_wall_makes_no_claims() -> None:
+    part = {**SMALL, "presets": ("none",), "cases": ("free",), **BRIEF}
+    assert couplings.run(**part).claims == []
+
+
+@given(good=st.floats(0.0, 1.0), bad=st.floats(0.0, 1.0))
+def test_a_packet_survives_both_losses(good: float, bad: float) -> None:
+    link = Packets(ConstantDelay(0.1), loss=Loss(good, bad, 0.2, 0.3), send_period=2e-3)
+    both = couplings.lossy(link)
+    assert 1.0 - both.loss.in_good == pytest.approx((1.0 - couplings.LOSS) * (1.0 - good))
+    assert 1.0 - both.loss.in_bad == pytest.approx((1.0 - couplings.LOSS) * (1.0 - bad))
+    assert (both.loss.to_bad, both.loss.to_good) == (0.2, 0.3)
+    assert (both.delay, both.send_period) == (link.delay, link.send_period)
+
+
+def test_a_law_becomes_packets() -> None:
+    law = ConstantDelay(0.1)
+    assert couplings.lossy(law) == Packets(delay=law, loss=Loss(in_good=couplings.LOSS))
+
+
+def test_the_impedance_of_the_wall_is_felt_through_a_model_and_hardly_through_tdpa() -> None:
+    data = couplings.run(
+        couplings=("TDPA", "model-mediated"), presets=("5 ms",), cases=("wall",),
+        times=SMALL["times"], duration=2.0, sweep_duration=6.0,
+    ).data  # fmt: skip
+    error, width = data.transparency_error.isel(preset=0), data.z_width.isel(preset=0)
+    assert float(error.sel(coupling="model-mediated")) < 0.05
+    # Its spring of 1 kN/m in a row with the wall's 10 kN/m.
+    assert 0.7 < float(error.sel(coupling="TDPA")) < 1.3
+    assert float(width.sel(coupling="model-mediated")) > float(width.sel(coupling="TDPA")) + 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+def test_the_whole_table() -> None:
+    experiment = couplings.run(jobs=2, sweep_duration=0.0)
+    assert met(experiment.data) == [True] * len(experiment.claims)
