@@ -110,14 +110,14 @@ def _run(options: argparse.Namespace, console: Console) -> None:
         if options.html:
             start_recording(meshcat)
     journal = record.with_suffix(".journal")
-    journal.parent.mkdir(parents=True, exist_ok=True)
     rate = 0.0 if options.no_realtime else 1.0
     try:
         result = run(scenario, journal, rate, meshcat, progress=True)
     except ValueError:
         raise
     except Exception as error:
-        raise RuntimeError(f"{error} (what was recorded is in {journal})") from error
+        kept = f" (what was recorded is in {journal})" if journal.exists() else ""
+        raise RuntimeError(f"{error}{kept}") from error
     save_recording(result.recording, record)
     journal.unlink()
     _print_summary(console, scenario, result)

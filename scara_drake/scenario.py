@@ -5,10 +5,8 @@ Each part is a dataclass that lives with its subject and checks itself. A part w
 in its union here.
 """
 
-import contextlib
 import copy
 import dataclasses
-import types
 import typing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,12 +24,13 @@ from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.drives import Drives
 from scara_drake.environment import Environment
-from scara_drake.ik.system import InverseKinematics
+from scara_drake.ik.system import FOLLOWERS, InverseKinematics
 from scara_drake.perturbation import JointPerturbation
 from scara_drake.process_delay import ProcessDelay
 from scara_drake.reference import JointMotion
 from scara_drake.resources import resource
 from scara_drake.robot import RobotModel
+from scara_drake.schema import alternatives, check_schema
 from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.coupling.direct import Direct, ScaledForce
 from scara_drake.teleop.coupling.model_mediated import ModelMediated
@@ -107,16 +106,27 @@ class Scenario:
             value = getattr(self, part.name)
             if dataclasses.is_dataclass(value):
                 value.validate(part.name)  # type: ignore[union-attr]  # every part has one
-        if self.governor is not None and isinstance(self.operator, Master):
-            raise ValueError(
-                "governor: not with a Master, allowed empty: the coupling has to see every limit "
-                "of the motion, and the governor comes after it"
-            )
+        self._check_together()
         # A controller of the user's own need not have a rule about its sampling.
         check_sampling = getattr(self.controller, "check_sampling", None)
         if check_sampling is not None:
             check_sampling("controller", self.time_step)
         self.drives.check_sampling("drives", self.time_step)
+        self.channel.check_sampling("channel", self.time_step)
+
+    def _check_together(self) -> None:
+        if "/" in self.name or self.name.startswith("."):
+            raise ValueError(f"name: '{self.name}', allowed a word without '/'")
+        if self.kinesthetic is not None and not isinstance(self.operator, Joystick):
+            raise ValueError("kinesthetic: set, allowed with a Joystick only")
+        if not isinstance(self.operator, Master):
+            return
+        if self.governor is not None:
+            raise ValueError(
+                "governor: set, allowed without a Master only: its coupling has to see every limit "
+                "of the motion, and the governor comes after it"
+            )
+        checks.choice("inverse_kinematics.method", self.inverse_kinematics.method, FOLLOWERS)
 
     def stream(self, index: int) -> int:
         """Return the seed of one of up to four systems that draw random numbers."""
@@ -144,7 +154,7 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
         raise ValueError(f"{path.name}: {type(data).__name__}, allowed a map of scenario fields")
     for key, value in (overrides or {}).items():
         _override(data, key, value)
-    _check_schema(Scenario, data, "")
+    check_schema(Scenario, data, "")
     try:
         scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(data))
     except (RuntimeError, ValueError, TypeError) as error:
@@ -165,7 +175,7 @@ def dump_scenario(scenario: Scenario) -> str:
     hints: list[tuple[str, Any]] = []
     for name, hint in typing.get_type_hints(Scenario).items():
         kind = type(getattr(scenario, name))
-        own = dataclasses.is_dataclass(kind) and kind not in _alternatives(hint)
+        own = dataclasses.is_dataclass(kind) and kind not in alternatives(hint)
         hints.append((name, hint | kind if own else hint))
     return yaml_dump_typed(scenario, schema=dataclasses.make_dataclass("Written", hints))
 
@@ -208,84 +218,13 @@ def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
     """Set one dotted key in the data of a YAML file, in place."""
     if isinstance(value, str):
         try:
-            value = yaml_load(data=value, private=True)
+            # Of an empty text pydrake would want to know the file.
+            value = yaml_load(data=value, private=True) if value.strip() else None
         except yaml.YAMLError as error:
             raise ValueError(f"{dotted}: {value}, not YAML: {_one_line(error)}") from None
-        with contextlib.suppress(TypeError, ValueError):
-            # YAML 1.1 takes 1e-3 for a text.
-            value = float(value) if isinstance(value, str) else value
     *parents, last = dotted.split(".")
     for parent in parents:
         data = data.setdefault(parent, {})
         if not isinstance(data, dict):
             raise ValueError(f"{dotted}: '{parent}' has no fields, allowed the path of a field")
     data[last] = copy.deepcopy(value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _check_schema(schema: Any, data: Any, path: str) -> None:
-    """Raise a ValueError that names the first field of `data` that `schema` does not allow.
-
-    `yaml_load_typed` refuses the same data, without saying where in the file. In place: a number
-    or a word where a list of known length is expected is spread over the list, and the tag of a
-    part that has one kind only is dropped.
-    """
-    hints = typing.get_type_hints(schema)
-    defaults = schema()
-    for key, value in data.items():
-        if key == "_tag":
-            continue
-        where = f"{path}{key}"
-        if key not in hints:
-            raise ValueError(f"{where}: unknown field, allowed {', '.join(hints)}")
-        default = getattr(defaults, key)
-        if isinstance(default, list) and default:
-            if _is_number(value) and _is_number(default[0]):
-                data[key] = value = [float(value)] * len(default)
-            elif isinstance(value, str) and isinstance(default[0], str):
-                data[key] = value = [value] * len(default)
-        _check_value(hints[key], default, value, where)
-
-
-def _check_value(hint: Any, default: Any, value: Any, where: str) -> None:
-    kinds = [kind for kind in _alternatives(hint) if kind is not type(None)]
-    records: list[Any] = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
-    if value is None:
-        if type(None) not in _alternatives(hint):
-            raise ValueError(f"{where}: empty, allowed {_describe(kinds)}")
-    elif records:
-        if not isinstance(value, dict):
-            raise ValueError(f"{where}: {value}, allowed the fields of {_describe(records)}")
-        tag = str(value.get("_tag", "!" + records[0].__name__)).removeprefix("!")
-        by_name = {kind.__name__: kind for kind in records}
-        checks.choice(where, tag, by_name)
-        if len(records) == 1:
-            value.pop("_tag", None)  # pydrake takes tags for unions only
-        _check_schema(by_name[tag], value, f"{where}.")
-    elif typing.get_origin(kinds[0]) is list:
-        if not isinstance(value, list):
-            raise ValueError(f"{where}: {value}, allowed a list")
-        (item,) = typing.get_args(kinds[0])
-        for index, entry in enumerate(value):
-            _check_value(item, None, entry, f"{where}[{index}]")
-    elif kinds[0] in (int, float) and not _is_number(value):
-        raise ValueError(f"{where}: {value}, allowed a number")
-    elif kinds[0] is int and not isinstance(value, int):
-        raise ValueError(f"{where}: {value}, allowed a whole number")
-    elif kinds[0] is bool and not isinstance(value, bool):
-        raise ValueError(f"{where}: {value}, allowed true or false")
-    elif kinds[0] is str and not isinstance(value, str):
-        raise ValueError(f"{where}: {value}, allowed a text")
-
-
-def _alternatives(hint: Any) -> tuple[Any, ...]:
-    if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        return typing.get_args(hint)
-    return (hint,)
-
-
-def _describe(kinds: list[Any]) -> str:
-    return " or ".join(getattr(kind, "__name__", str(kind)) for kind in kinds)

@@ -103,6 +103,7 @@ def run(
     description = metadata(diagram)
     width = max(stop for _, stop in description["columns"].values())
     interrupted, late = False, 0
+    journal.parent.mkdir(parents=True, exist_ok=True)
     with (
         Journal(journal, description, width) as writer,
         StopButton(meshcat) as stop,

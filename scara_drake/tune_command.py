@@ -134,7 +134,10 @@ def run(options: argparse.Namespace, console: Console) -> None:
     result.scenario.name = output.stem
     write_scenario(result.scenario, output)
     console.print(_figures_table(result, options.tracking))
-    console.print(_gains_table(start.controller, result.scenario.controller))
+    if result.scenario.controller == start.controller:
+        console.print("No trial was better than the gains it started from.")
+    else:
+        console.print(_gains_table(start.controller, result.scenario.controller))
     if result.failed:
         console.print(f"{result.failed} of {result.trials} trials failed and have no cost.")
     if result.interrupted:

@@ -48,6 +48,13 @@ SMALL = {
         "duration": 1.2,
         "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
     },
+    "couplings": {
+        "couplings": ("direct", "TDPA"),
+        "presets": ("5 ms",),
+        "times": (0.1, 0.2, 0.4, 0.5),
+        "duration": 0.7,
+        "sweep_duration": 0.0,
+    },
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

@@ -148,6 +148,50 @@ def test_a_number_with_an_exponent_is_a_number():
     assert scenario.time_step == 1e-3
 
 
-def test_a_governor_and_a_master_exclude_each_other():
-    with pytest.raises(ValueError, match=r"^governor: not with a Master"):
-        load_scenario("bilateral", {"governor": "{}"})
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ({"controller.phi": ""}, r"^controller\.phi: empty, allowed list"),
+        (
+            {"operator.trace": "nothing.csv"},
+            r"^operator\.trace: 'nothing\.csv', allowed a CSV",
+        ),
+        ({"name": "../out"}, r"^name: '\.\./out', allowed a word without '/'$"),
+        (
+            {"channel.up": "!Packets {send_period: 0.0015}"},
+            r"^channel\.up\.send_period: 0\.0015 s, allowed a multiple of 0\.001 s$",
+        ),
+        (
+            {"channel.up": "!Packets {}", "channel.max_delay": 1},
+            r"^channel\.up\.longest: 2\.5, allowed 0 to 1$",
+        ),
+        (
+            {"perturbation": "{offset: much}"},
+            r"^perturbation\.offset\[0\]: much, allowed a",
+        ),
+    ],
+)
+def test_what_was_easily_missed_is_refused_in_one_line_too(overrides, message):
+    with pytest.raises(ValueError, match=message):
+        load_scenario("teleoperation", overrides)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ({"governor": "{}"}, r"^governor: set, allowed without a Master only"),
+        ({"kinesthetic": "{}"}, r"^kinesthetic: set, allowed with a Joystick only$"),
+        ({"inverse_kinematics.method": "dpso"}, r"^inverse_kinematics\.method: 'dpso', allowed"),
+    ],
+)
+def test_what_does_not_go_with_a_master_is_refused(overrides, message):
+    with pytest.raises(ValueError, match=message):
+        load_scenario("bilateral", overrides)
+
+
+def test_exponents_are_numbers_at_any_depth():
+    link = "!Packets {send_period: 2e-3, jitter: {distribution: gamma, mean: 1e-3, std: 1e-3}}"
+    scenario = load_scenario("teleoperation", {"channel.up": link, "perturbation": "{offset: 1e1}"})
+    assert scenario.channel.up.send_period == 2e-3
+    assert scenario.channel.up.jitter.std == 1e-3
+    assert scenario.perturbation.offset == [10.0] * 6

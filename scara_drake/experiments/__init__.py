@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from scara_drake.experiments import (
+    couplings,
     figure_22,
     figure_28,
     figures_8_9,
@@ -53,6 +54,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figures_29_30": figures_29_30.run,
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
+    "couplings": couplings.run,
     "stability": stability.run,
 }
 

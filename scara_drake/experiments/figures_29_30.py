@@ -203,7 +203,7 @@ def claims(data: xr.Dataset) -> list[Claim]:
     needed = PEAK * float(robot.nominal_inertias()[INDEX])
 
     def listed(values: xr.DataArray, form: str) -> str:
-        return ", ".join(f"{n} {form.format(float(values.sel(reading=n)))}" for n in readings)
+        return ", ".join(f"'{n}' {form.format(float(values.sel(reading=n)))}" for n in readings)
 
     return [
         Claim(
@@ -247,7 +247,7 @@ def claims(data: xr.Dataset) -> list[Claim]:
         Claim(
             "The place and the unit of zeta(t) and d(t)",
             "not given",
-            ", ".join(f"{name} {count} of 4" for name, count in met.items()),
+            ", ".join(f"'{name}' {count} of 4" for name, count in met.items()),
             NOT_COMPARABLE,
             "Criteria above that each reading meets; the paper has no statement to compare with.",
         ),

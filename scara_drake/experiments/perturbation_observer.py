@@ -233,7 +233,9 @@ def claims(data: xr.Dataset) -> list[Claim]:
     pressed = f"at most {100 * float(error.max()):.1f} %" if count else "no steady contact"
 
     def listed(values: xr.DataArray) -> str:
-        return "; ".join(f"{name} {float(values.sel(case=name)):.2g}" for name in data.case.values)
+        return "; ".join(
+            f"'{name}' {float(values.sel(case=name)):.2g}" for name in data.case.values
+        )
 
     return [
         Claim(

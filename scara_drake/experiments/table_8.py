@@ -185,11 +185,11 @@ def _iterations(data: xr.Dataset, good: xr.DataArray) -> list[Claim]:
                 judge(fewer and near, fewer),
                 "Criterion: fewer, and both counts within a factor of 1.5 (in kind: fewer). Medians"
                 " of the successful draws, averaged over the postures with any, all stages of DPSO "
-                "added. "
+                "added."
                 + (
                     ""
                     if fewer
-                    else "PSO-1 alone takes about as many as a PSO that succeeds, and PSO-2 or the"
+                    else " PSO-1 alone takes about as many as a PSO that succeeds, and PSO-2 or the"
                     " single swarm comes on top."
                 ),
             )

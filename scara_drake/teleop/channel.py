@@ -44,10 +44,23 @@ class Channel:
             link = self.link(direction)
             link.validate(f"{name}.{direction}")
             if link.maximum() > self.max_delay:
+                if isinstance(link, Packets):
+                    checks.number(f"{name}.{direction}.longest", link.longest, 0.0, self.max_delay)
                 raise ValueError(
                     f"{name}.{direction}: a delay of up to {link.maximum():g} s, allowed 0 to "
                     f"{self.max_delay:g} s ({name}.max_delay)"
                 )
+
+    def check_sampling(self, name: str, period: float) -> None:
+        """Check that both links suit the time step `period` [s].
+
+        Raises:
+            ValueError: packets are not sent at its ticks.
+        """
+        for direction in ("up", "down"):
+            link = self.link(direction)
+            if isinstance(link, Packets):
+                link.check_sampling(f"{name}.{direction}", period)
 
     def link(self, direction: str) -> Link:
         """Return the link "up" or "down", that of the preset if one is named."""

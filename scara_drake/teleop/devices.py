@@ -131,7 +131,9 @@ class PygameDevice:
         joysticks = self._sdl.joysticks()
         if not 0 <= index < len(joysticks):
             there = ", ".join(f"{i} ({j.get_name()})" for i, j in enumerate(joysticks))
-            raise ValueError(f"index: {index}, allowed {there or 'none: no joystick is there'}")
+            if not there:
+                raise ValueError("operator.device: joystick, allowed trace: no joystick is there")
+            raise ValueError(f"operator.index: {index}, allowed {there}")
         self._open(joysticks[index])
         self._last = np.zeros(5)
 

@@ -38,6 +38,8 @@ class Joystick:
         checks.number(f"{name}.sample_period", self.sample_period, 1e-3, 0.1)
         self.mapping.validate(f"{name}.mapping")
         if self.device != "joystick":
+            if not self.trace_path().is_file():
+                raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
             load_trace(self.trace_path())
 
     def resolve(self, folder: Path) -> None:

@@ -125,6 +125,18 @@ class Packets:
                 f"{name}.outages: {self.outages}, allowed pairs start, end in rising order"
             )
 
+    def check_sampling(self, name: str, period: float) -> None:
+        """Check that packets are sent at ticks of `period` [s].
+
+        Raises:
+            ValueError: send_period is not a multiple of it.
+        """
+        ticks = round(self.send_period / period)
+        if ticks < 1 or abs(ticks * period - self.send_period) > TICK:
+            raise ValueError(
+                f"{name}.send_period: {self.send_period:g} s, allowed a multiple of {period:g} s"
+            )
+
     def maximum(self) -> float:
         """Longest time that a packet takes [s]."""
         return self.longest
@@ -278,12 +290,8 @@ class PacketChannel(LeafSystem):
         super().__init__()
         packets.validate("packets")
         first = check_signal(initial, period)
+        packets.check_sampling("packets", period)
         self._stride = round(packets.send_period / period)
-        if self._stride < 1 or abs(self._stride * period - packets.send_period) > TICK:
-            raise ValueError(
-                f"packets.send_period: {packets.send_period:g} s, allowed a multiple of "
-                f"{period:g} s"
-            )
         self._period = period
         self._law = packets.delay.parameters()
         self._constants = packets.parameters()

@@ -64,7 +64,8 @@ class Tdpa(Coupling):
         damping: B_c [N s/m].
         master_damping: of the device beside its force, at the tool [N s/m]; what it takes from the
             hand counts as energy that came in. It is felt in free motion, and saves the reserve.
-        reserve: E0 of each axis and direction, in the master's units [J].
+        reserve: E0 of each axis and direction, in the master's units [J]. A larger one shows more
+            force at a long delay and leaves a larger drift after the release.
         horizon: time over which the energy that is left may be spent [s].
         guard_speed: by which the master's force allows for a hand that turns round [m/s].
         drift_gain: of the position error [1/s].
@@ -75,7 +76,7 @@ class Tdpa(Coupling):
     stiffness: float = 1000.0  # [N/m]
     damping: float = 25.0  # [N s/m]
     master_damping: float = 15.0  # [N s/m]
-    reserve: float = 0.05  # [J]
+    reserve: float = 0.03  # [J]
     horizon: float = 0.02  # [s]
     guard_speed: float = 0.02  # [m/s]
     drift_gain: float = 5.0  # [1/s]

@@ -1,0 +1,60 @@
+from dataclasses import dataclass, field
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scara_drake.schema import check_schema
+
+
+@dataclass
+class Soft:
+    stiffness: float = 1.0
+
+
+@dataclass
+class Hard:
+    stiffness: float = 2.0
+    count: int = 1
+
+
+@dataclass
+class Whole:
+    part: Soft | Hard = field(default_factory=Soft)
+    gains: list[float] = field(default_factory=lambda: [1.0, 2.0])
+    words: list[str] = field(default_factory=lambda: ["a", "b"])
+    limit: float | None = None
+    quiet: bool = False
+    free: list[float] = field(default_factory=list)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_number_in_any_writing_is_that_number(value):
+    data = {"part": {"_tag": "!Hard", "stiffness": f"{value:.17e}"}, "gains": repr(value)}
+    check_schema(Whole, data, "")
+    assert data == {"part": {"_tag": "!Hard", "stiffness": value}, "gains": [value, value]}
+
+
+def test_a_word_is_spread_and_nothing_else_is_changed():
+    data = {"words": "c", "limit": None, "quiet": True, "free": [1]}
+    check_schema(Whole, data, "")
+    assert data == {"words": ["c", "c"], "limit": None, "quiet": True, "free": [1.0]}
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"other": 1}, "other: unknown field, allowed part, gains"),
+        ({"part": {"_tag": "!Odd"}}, "part: 'Odd', allowed Soft, Hard"),
+        ({"part": {"_tag": "!Hard", "count": 1.5}}, "part.count: 1.5, allowed a whole number"),
+        ({"part": 3}, "part: 3, allowed the fields of Soft or Hard"),
+        ({"gains": [1.0, "x"]}, r"gains\[1\]: x, allowed a number"),
+        ({"gains": None}, "gains: empty, allowed list"),
+        ({"quiet": 1}, "quiet: 1, allowed true or false"),
+        ({"free": 3}, "free: 3, allowed a list"),
+        ({"limit": True}, "limit: True, allowed a number"),
+    ],
+)
+def test_what_does_not_fit_is_named(data, message):
+    with pytest.raises(ValueError, match=f"^top\\.{message}"):
+        check_schema(Whole, data, "top.")
