@@ -76,8 +76,8 @@ def contact_share(recording: xr.Dataset) -> float:
     return float((_size(recording.f_env_on_tool_W) > 0.0).mean("time"))
 
 
-def is_stable(recording: xr.Dataset, mass: float, available: float) -> bool:
-    """Whether the device has less kinetic energy than the hand could have given it, at all times.
+def is_driven(recording: xr.Dataset, mass: float, available: float) -> bool:
+    """Whether the device has more kinetic energy than the hand could have given it, at any time.
 
     A hand that rests and its spring have an energy; a device that moves faster than this would
     throw it is driven by the coupling. It says nothing of how calm the device is: see the ripple.
@@ -88,7 +88,7 @@ def is_stable(recording: xr.Dataset, mass: float, available: float) -> bool:
         available: energy of the hand, at most [J].
     """
     speed = _size(recording.v_master).max("time")
-    return bool(0.5 * mass * speed**2 < available)
+    return bool(0.5 * mass * speed**2 >= available)
 
 
 def energy_margin(recording: xr.Dataset, reserve: float = 0.0) -> float:

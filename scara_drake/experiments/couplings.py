@@ -60,6 +60,7 @@ CASES: Final = ("free", "wall", "loss")
 LOSS = 0.1  # of the packets, in the case "loss"
 
 PRESS = (1.0, 2.0, 6.0, 7.0)  # [s], see `Master.times`
+SWING = 0.25  # ripple, over the force that the hand has for all of its way, of a stable press
 STEADY = 0.25  # last share of the hold, the steady part of the press; the first is a transient
 LAST = 0.5  # [s], end of the run, in which a drift is left
 AXIS = "y"
@@ -138,7 +139,7 @@ def run(
         ("coupling", "preset", "case"),
         stable,
         "1",
-        "no motion that the hand could not give, after the first quarter of the hold",
+        "the force rests in the steady part, and nothing but the hand moves the device",
     )
     data["transparency_error"], data["z_width"] = _transparency(
         couplings,
@@ -246,20 +247,21 @@ def press_figures(job: Job) -> dict[str, float | bool]:
     force = bilateral_metrics.force_error(recording, coupling.force_scale)
     left = bilateral_metrics.drift(recording, coupling.position_scale)
     reserve = 2.0 * coupling.reserve if isinstance(coupling, Tdpa) else 0.0
-    depth = np.linalg.norm(master.targets[1])
+    ripple = bilateral_metrics.force_ripple(held)
+    way = float(np.linalg.norm(master.targets[1]))
+    thrown = 0.5 * master.hand_stiffness * way**2
     ages = np.concatenate(
         [bilateral_metrics.age_of_information(recording, link) for link in ("up", "down")]
     )
     return {
-        "stable": bilateral_metrics.is_stable(
-            resting, master.mass, 0.5 * master.hand_stiffness * float(depth) ** 2
-        ),
+        "stable": ripple < SWING * master.hand_stiffness * way
+        and not bilateral_metrics.is_driven(resting, master.mass, thrown),
         "peak": bilateral_metrics.peak_force(recording),
         "contact": bilateral_metrics.contact_share(held),
         "position_error": float(metrics.rmse(position)),
         "drift": float(left.sel(time=slice(job.duration - LAST, None)).max()),
         "force_error": float(metrics.rmse(force.sel(time=steady))),
-        "ripple": bilateral_metrics.force_ripple(held),
+        "ripple": ripple,
         "energy_margin": bilateral_metrics.energy_margin(recording, reserve),
         "age_mean": float(ages.mean()),
         "age_p99": float(np.quantile(ages, 0.99)),
