@@ -30,6 +30,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.solvers import NloptSolver, SnoptSolver, SolverOptions
 
 from scara_drake import ik, robot
+from scara_drake.common.resources import resource
 from scara_drake.ik import closed_form
 from scara_drake.ik.closed_form import MOST, nearest_kernel
 from scara_drake.ik.dpso import dpso_kernel
@@ -37,7 +38,6 @@ from scara_drake.ik.inverse_jacobian import follow_kernel
 from scara_drake.ik.options import InverseJacobianOptions
 from scara_drake.ik.result import ROTATION_LENGTH
 from scara_drake.ik.robust import robust_kernel
-from scara_drake.resources import resource
 
 # Drake's constraints are on squares, which its solvers keep to FEASIBLE [m²] only; so they aim at a
 # part of the tolerances. The disturbance of the targets is less than that part.

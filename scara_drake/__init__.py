@@ -4,7 +4,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
-from scara_drake.kernel_cache import remove_stale_kernels
+from scara_drake.common.kernel_cache import remove_stale_kernels
 
 remove_stale_kernels(Path(__file__).parent)  # before any kernel is loaded
 

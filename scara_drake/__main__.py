@@ -14,10 +14,10 @@ from rich.table import Table
 
 from scara_drake import __version__, ik_command, metrics, robot, tune_command
 from scara_drake.block_diagram import render_svg
+from scara_drake.common.resources import resource
 from scara_drake.contact_report import yielding_joints
 from scara_drake.diagram import make_diagram
 from scara_drake.recording import save_recording
-from scara_drake.resources import resource
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides, scenario_names
 from scara_drake.simulate import Run, run
 from scara_drake.visualization import publish_recording, save_html, set_camera, start_recording

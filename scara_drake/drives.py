@@ -11,10 +11,10 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from scara_drake import checks
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import chatter_number, inverse_mass_matrices
 from scara_drake.encoder import Encoder
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

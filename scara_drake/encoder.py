@@ -8,9 +8,9 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from scara_drake import checks
-from scara_drake.draws import normal
-from scara_drake.state import declare_state
+from scara_drake.common import checks
+from scara_drake.common.draws import normal
+from scara_drake.common.state import declare_state
 
 Array = NDArray[np.float64]
 

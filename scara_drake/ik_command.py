@@ -19,7 +19,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from scara_drake import checks, ik, kinematics, robot
+from scara_drake import ik, kinematics, robot
+from scara_drake.common import checks
 
 Array = NDArray[np.float64]
 

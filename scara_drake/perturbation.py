@@ -7,7 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
 
-from scara_drake import checks, kinematics, metrics, robot
+from scara_drake import kinematics, metrics, robot
+from scara_drake.common import checks
 from scara_drake.environment import Environment, Wall
 
 COMMANDED, DESIRED, MEASURED = "0.6", "#d6129c", "#0d9e73"

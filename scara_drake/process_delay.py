@@ -12,7 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Final
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
 from scara_drake.teleop.delays import ConstantDelay, SineDelay
 
 AMPLITUDE = 100.0  # of zeta and d; in B in units of u [m/s², rad/s²]

@@ -7,8 +7,9 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from scara_drake import checks, robot
-from scara_drake.pose import pose_vector
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.vectors import pose_vector
 
 Array = NDArray[np.float64]
 

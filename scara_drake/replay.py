@@ -32,7 +32,7 @@ from meshcat.animation import Animation, AnimationClip, AnimationTrack
 from meshcat.transformations import quaternion_from_matrix, rotation_matrix, translation_matrix
 from numpy.typing import NDArray
 
-from scara_drake.resources import resource
+from scara_drake.common.resources import resource
 from scara_drake.urdf import link_poses, read_visuals
 
 Array = NDArray[np.float64]

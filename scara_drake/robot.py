@@ -12,8 +12,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, SpatialInertia, UnitInertia
 
-from scara_drake import checks
-from scara_drake.resources import resource
+from scara_drake.common import checks
+from scara_drake.common.resources import resource
 
 Array = NDArray[np.float64]
 

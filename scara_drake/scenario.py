@@ -15,7 +15,10 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.resources import resource
+from scara_drake.common.schema import alternatives, check_schema
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
@@ -28,9 +31,7 @@ from scara_drake.ik.system import FOLLOWERS, InverseKinematics
 from scara_drake.perturbation import JointPerturbation
 from scara_drake.process_delay import ProcessDelay
 from scara_drake.reference import JointMotion
-from scara_drake.resources import resource
 from scara_drake.robot import RobotModel
-from scara_drake.schema import alternatives, check_schema
 from scara_drake.teleop.channel import Channel
 from scara_drake.teleop.coupling.direct import Direct, ScaledForce
 from scara_drake.teleop.coupling.model_mediated import ModelMediated

@@ -16,7 +16,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
 from scara_drake.interrupt import DeferredInterrupt
 from scara_drake.journal import Journal, read_journal

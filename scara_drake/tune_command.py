@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from scara_drake import robot
-from scara_drake.resources import resource
+from scara_drake.common.resources import resource
 from scara_drake.scenario import Scenario, dump_scenario, load_scenario, parse_overrides
 from scara_drake.teleop.operator import Joystick
 

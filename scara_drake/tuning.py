@@ -24,7 +24,7 @@ import optuna
 from optuna.trial import FrozenTrial, Trial, TrialState
 from sqlalchemy.exc import SQLAlchemyError
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.interrupt import DeferredInterrupt
 from scara_drake.scenario import Scenario, dump_scenario
 from scara_drake.simulate import run

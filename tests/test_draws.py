@@ -3,7 +3,7 @@ import pytest
 from numba import njit
 from scipy import stats
 
-from scara_drake.draws import gamma, normal, uniform
+from scara_drake.common.draws import gamma, normal, uniform
 
 N = 100_000
 

@@ -3,7 +3,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from scara_drake.kernel_cache import remove_stale_kernels, with_importers
+from scara_drake.common.kernel_cache import remove_stale_kernels, with_importers
 
 ROOT = Path(__file__).parents[1]
 INNER = "from numba import njit\n\n@njit(cache=True)\ndef inner():\n    return {value}\n"

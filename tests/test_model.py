@@ -12,7 +12,7 @@ from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, Revolute
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake import kinematics, robot
-from scara_drake.resources import resource
+from scara_drake.common.resources import resource
 
 # Tables 1 to 3 of the paper: d [m] (None: the mast's joint), a [m], alpha, mass [kg].
 TABLE_1 = [

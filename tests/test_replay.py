@@ -24,9 +24,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake import environment as surroundings
 from scara_drake import load_scenario, replay, robot, save_recording, simulate
+from scara_drake.common.resources import resource
 from scara_drake.environment import Environment, Wall
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.resources import resource
 from scara_drake.scenario import dump_scenario
 
 URDF = ET.parse(resource("models", "scara6.urdf")).getroot()

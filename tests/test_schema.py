@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scara_drake.schema import check_schema
+from scara_drake.common.schema import check_schema
 
 
 @dataclass

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from scara_drake.resources import resource
+from scara_drake.common.resources import resource
 from scara_drake.teleop.mapping import JoystickMapping, remove_dead_zone
 from scara_drake.teleop.operator_trace import (
     OperatorProfile,

@@ -28,10 +28,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, ValueProducer
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.control.controller import all_finite, check_finite
 from scara_drake.kinematics import jacobian
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

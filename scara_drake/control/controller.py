@@ -15,7 +15,7 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from scara_drake.state import declare_state
+from scara_drake.common.state import declare_state
 
 Array = NDArray[np.float64]
 

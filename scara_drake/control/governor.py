@@ -19,9 +19,10 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, State
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.ik.servo import limit_motion
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

@@ -20,11 +20,12 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiscreteValues
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import check_chatter
 from scara_drake.control.controller import JointController, limit_effort
 from scara_drake.control.gravity import gravity_effort, gravity_parameters
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

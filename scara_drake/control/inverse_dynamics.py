@@ -28,10 +28,11 @@ from pydrake.systems.framework import (
 )
 from pydrake.systems.primitives import Saturation
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import LIMIT
 from scara_drake.control.controller import all_finite, check_finite
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,9 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import check_chatter
 from scara_drake.control.controller import JointController
 from scara_drake.control.integral_sliding_mode import (
@@ -31,7 +33,6 @@ from scara_drake.control.integral_sliding_mode import (
     sliding_surface,
 )
 from scara_drake.control.perturbation_observer import lag_step, observer_gains, observer_step
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.environment import law as rows
 
 Array = NDArray[np.float64]

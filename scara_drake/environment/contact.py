@@ -8,10 +8,10 @@ from pydrake.common.value import Value
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from scara_drake.common.state import declare_state
 from scara_drake.environment.law import tool_contact
 from scara_drake.environment.scene import ContactShapes
 from scara_drake.environment.surfaces import Environment
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

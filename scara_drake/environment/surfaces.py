@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydrake import geometry
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.environment import law as rows
 from scara_drake.environment.compliance import Compliance, check_unit
 

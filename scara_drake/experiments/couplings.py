@@ -20,7 +20,8 @@ import xarray as xr
 from rich.console import Console
 from rich.progress import track
 
-from scara_drake import bilateral_metrics, checks, metrics
+from scara_drake import bilateral_metrics, metrics
+from scara_drake.common import checks
 from scara_drake.experiments.couplings_claims import claims
 from scara_drake.experiments.result import Experiment, variable
 from scara_drake.scenario import Scenario, load_scenario

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import xarray as xr
 
-from scara_drake import checks
+from scara_drake.common import checks
 
 REPRODUCED: Final = "reproduced"
 IN_KIND: Final = "reproduced in kind"

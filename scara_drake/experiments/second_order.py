@@ -15,7 +15,7 @@ import xarray as xr
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.control.integral_sliding_mode import ismc_law
 from scara_drake.control.sliding_mode import smc_law
 from scara_drake.experiments.result import variable

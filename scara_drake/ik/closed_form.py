@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
 from scara_drake.ik.branches import LOWER, UPPER
 from scara_drake.ik.closed_form_arm import EXACT, arm_branches_kernel, arm_solutions_kernel
 from scara_drake.ik.closed_form_mast import mast_branches_kernel

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
-from scara_drake import checks
+from scara_drake.common import checks
 
 Options = TypeVar("Options", bound="MethodOptions")
 

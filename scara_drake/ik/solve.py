@@ -8,7 +8,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import checks, kinematics, robot
+from scara_drake import kinematics, robot
+from scara_drake.common import checks
 from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian
 from scara_drake.ik.options import (
     ClosedFormOptions,

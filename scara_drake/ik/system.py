@@ -13,12 +13,13 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.ik import servo
 from scara_drake.ik.solve import METHODS, solve
 from scara_drake.kinematics import tool_kinematics_kernel
-from scara_drake.pose import pose_matrix, pose_vector
-from scara_drake.state import declare_state
+from scara_drake.vectors import pose_matrix, pose_vector
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
 from scara_drake.ik.branches import LOWER, UPPER
 from scara_drake.ik.refine import error_kernel
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE, Problem

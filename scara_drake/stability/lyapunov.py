@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
 from scara_drake.perturbation import perturbation_force
 from scara_drake.robot import JOINT_NAMES

@@ -16,7 +16,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake import checks, metrics, robot
+from scara_drake import metrics, robot
+from scara_drake.common import checks
 from scara_drake.control.controller import EFFORT_LIMIT
 from scara_drake.scenario import load_scenario
 from scara_drake.simulate import simulate

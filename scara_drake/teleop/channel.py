@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.teleop.delays import LONGEST, ConstantDelay, SineDelay, StepDelay, TableDelay
 from scara_drake.teleop.packet_channel import Packets
 from scara_drake.teleop.presets import PRESETS

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scara_drake import checks
+from scara_drake.common import checks
 
 Array = NDArray[np.float64]
 

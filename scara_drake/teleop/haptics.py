@@ -14,8 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from scara_drake import checks
-from scara_drake.state import declare_state
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.teleop.devices import Device
 
 Array = NDArray[np.float64]

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from pydrake.math import RotationMatrix
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from scara_drake import checks, robot
+from scara_drake import robot
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.kinematics import REACH, rotation_from_intrinsic_xyz
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 

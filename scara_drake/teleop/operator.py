@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scara_drake import checks
-from scara_drake.resources import resource
+from scara_drake.common import checks
+from scara_drake.common.resources import resource
 from scara_drake.teleop.devices import Device, PygameDevice, find_device
 from scara_drake.teleop.joystick import JoystickSource
 from scara_drake.teleop.mapping import JoystickMapping

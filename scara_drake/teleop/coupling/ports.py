@@ -18,9 +18,9 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from scara_drake import checks
+from scara_drake.common import checks
+from scara_drake.common.state import declare_state
 from scara_drake.control.controller import all_finite, check_finite
-from scara_drake.state import declare_state
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., None]

@@ -27,7 +27,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake import checks
+from scara_drake.common import checks
 from scara_drake.teleop.coupling.ports import (
     E_IN,
     E_OUT,

@@ -7,7 +7,7 @@ import types
 import typing
 from typing import Any
 
-from scara_drake import checks
+from scara_drake.common import checks
 
 
 def _is_number(value: Any) -> bool:
