@@ -23,9 +23,9 @@ from rich.table import Table
 from simulation_speed import PLANT, TIME_STEP, Case, make_case, measure, plant_alone
 
 from scara_drake import robot
-from scara_drake.teleop.channel import Link
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
-from scara_drake.teleop.packet_channel import Jitter, Loss, Packets
+from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.links import Link
+from scara_drake.channel.packets import Jitter, Loss, Packets
 
 Array = NDArray[np.float64]
 

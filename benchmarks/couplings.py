@@ -22,10 +22,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from scara_drake.channel.presets import PRESETS
 from scara_drake.experiments.couplings import CASES, COUPLINGS, LINKS, run
 from scara_drake.experiments.result import Claim
 from scara_drake.recording import versions
-from scara_drake.teleop.presets import PRESETS
 
 # Figure, its heading, and its scale.
 PRESSED = {

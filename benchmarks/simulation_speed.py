@@ -28,7 +28,7 @@ from rich.table import Table
 from scara_drake import robot
 from scara_drake.diagram import make_diagram
 from scara_drake.environment import Environment
-from scara_drake.reference import JointMotion
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.scenario import Logging, Scenario, load_scenario, scenario_names
 
 Array = NDArray[np.float64]

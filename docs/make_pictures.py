@@ -18,9 +18,9 @@ from pydrake.geometry import Meshcat
 
 import scara_drake as sd
 from scara_drake import plotting
-from scara_drake.teleop.mapping import JoystickMapping
-from scara_drake.teleop.operator_trace import stick_for
-from scara_drake.teleop.trace import COLUMNS
+from scara_drake.operator.mapping import JoystickMapping
+from scara_drake.operator.shipped_trace import stick_for
+from scara_drake.operator.trace import COLUMNS
 
 FOLDER = Path(__file__).parent
 TURN = 4.6  # [s] of a loop along the wall

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from scara_drake import robot
+from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.common import checks
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
 
 AMPLITUDE = 100.0  # of zeta and d; in B in units of u [m/s², rad/s²]
 SAMPLE = 1e-3  # [s]

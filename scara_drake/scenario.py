@@ -16,6 +16,7 @@ import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
 from scara_drake import robot
+from scara_drake.channel.links import Channel
 from scara_drake.common import checks
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import alternatives, check_schema
@@ -25,23 +26,22 @@ from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
+from scara_drake.coupling.direct import Direct, ScaledForce
+from scara_drake.coupling.model_mediated import ModelMediated
+from scara_drake.coupling.position_damping import PositionDamping
+from scara_drake.coupling.tdpa import Tdpa
+from scara_drake.coupling.wave_variables import WaveVariables
 from scara_drake.drives import Drives
 from scara_drake.environment import Environment
 from scara_drake.ik.system import FOLLOWERS, InverseKinematics
+from scara_drake.operator.haptics import HapticMapping
+from scara_drake.operator.joint_motion import JointMotion
+from scara_drake.operator.joystick import Joystick
+from scara_drake.operator.kinesthetic import KinestheticMapping
+from scara_drake.operator.master import Master
 from scara_drake.perturbation import JointPerturbation
 from scara_drake.process_delay import ProcessDelay
-from scara_drake.reference import JointMotion
 from scara_drake.robot import RobotModel
-from scara_drake.teleop.channel import Channel
-from scara_drake.teleop.coupling.direct import Direct, ScaledForce
-from scara_drake.teleop.coupling.model_mediated import ModelMediated
-from scara_drake.teleop.coupling.position_damping import PositionDamping
-from scara_drake.teleop.coupling.tdpa import Tdpa
-from scara_drake.teleop.coupling.wave_variables import WaveVariables
-from scara_drake.teleop.haptics import HapticMapping
-from scara_drake.teleop.kinesthetic import KinestheticMapping
-from scara_drake.teleop.master import Master
-from scara_drake.teleop.operator import Joystick
 
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics

@@ -20,10 +20,10 @@ from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
 from scara_drake.interrupt import DeferredInterrupt
 from scara_drake.journal import Journal, read_journal
+from scara_drake.operator.joystick import JoystickSource
 from scara_drake.progress import ProgressLine
 from scara_drake.recording import drain, metadata, to_dataset
 from scara_drake.scenario import Scenario
-from scara_drake.teleop.joystick import JoystickSource
 from scara_drake.visualization import StopButton
 
 # Simulated time between two looks at the log, the Stop button and the clock.

@@ -17,8 +17,8 @@ from rich.table import Table
 
 from scara_drake import robot
 from scara_drake.common.resources import resource
+from scara_drake.operator.joystick import Joystick
 from scara_drake.scenario import Scenario, dump_scenario, load_scenario, parse_overrides
-from scara_drake.teleop.operator import Joystick
 
 if TYPE_CHECKING:
     from scara_drake.tuning import Tuned  # its extra may not be installed

@@ -10,13 +10,13 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from scara_drake.channel.links import Channel
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.coupling.ends import Coupling
 from scara_drake.environment import Environment, ImpedanceContact, Wall, add_surfaces
 from scara_drake.ik.system import InverseKinematics, first_posture
+from scara_drake.operator.master import Master
 from scara_drake.robot import add_scara
-from scara_drake.teleop.channel import Channel
-from scara_drake.teleop.coupling.ports import Coupling
-from scara_drake.teleop.master import Master
 from scara_drake.wiring.bilateral import add_bilateral
 
 LOGGED = (

@@ -7,15 +7,15 @@ import pytest
 from bilateral_arm import Arm
 from pydrake.systems.analysis import InitializeParams, Simulator
 
-from scara_drake.teleop.channel import Channel
-from scara_drake.teleop.coupling.direct import Direct
-from scara_drake.teleop.coupling.model_mediated import ModelMediated
-from scara_drake.teleop.coupling.ports import Coupling
-from scara_drake.teleop.coupling.position_damping import PositionDamping
-from scara_drake.teleop.coupling.tdpa import Tdpa
-from scara_drake.teleop.coupling.wave_variables import WaveVariables
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
-from scara_drake.teleop.packet_channel import Loss, Packets
+from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.links import Channel
+from scara_drake.channel.packets import Loss, Packets
+from scara_drake.coupling.direct import Direct
+from scara_drake.coupling.ends import Coupling
+from scara_drake.coupling.model_mediated import ModelMediated
+from scara_drake.coupling.position_damping import PositionDamping
+from scara_drake.coupling.tdpa import Tdpa
+from scara_drake.coupling.wave_variables import WaveVariables
 
 SAFE = [Tdpa, PositionDamping, WaveVariables, ModelMediated]
 LINKS = {

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scara_drake import bilateral_metrics as bm
-from scara_drake.teleop.master import Master, Sweep, hand_target, move_device
+from scara_drake.operator.master import Master, Sweep, hand_target, move_device
 
 PERIOD = 1e-3
 START, SWEPT, TAIL = 1.0, 20.0, 2.0  # [s]

@@ -3,10 +3,10 @@ import math
 import pytest
 
 from scara_drake import load_scenario, simulate
-from scara_drake.teleop.channel import Channel
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
-from scara_drake.teleop.packet_channel import Loss, Packets
-from scara_drake.teleop.presets import PRESETS
+from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.links import Channel
+from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.presets import PRESETS
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from coupling_rig import F_ENV, F_M, X_M, Rig
 
-from scara_drake.teleop.coupling.direct import Direct, ScaledForce
+from scara_drake.coupling.direct import Direct, ScaledForce
 
 
 def test_force_and_position_pass_through_with_their_scales() -> None:

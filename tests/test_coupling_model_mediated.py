@@ -6,7 +6,7 @@ from coupling_rig import F_M, PROFILES, X_M, X_S, Rig, arrivals
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.teleop.coupling.model_mediated import (
+from scara_drake.coupling.model_mediated import (
     FIT,
     MODEL_B,
     MODEL_K,

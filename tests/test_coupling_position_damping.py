@@ -5,7 +5,7 @@ import math
 import pytest
 from coupling_rig import F_M, X_M, X_S, Rig
 
-from scara_drake.teleop.coupling.position_damping import PositionDamping, damping_margin
+from scara_drake.coupling.position_damping import PositionDamping, damping_margin
 
 
 def test_the_margin_is_the_sufficient_condition() -> None:

@@ -18,8 +18,8 @@ from coupling_rig import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.teleop.coupling.direct import Direct
-from scara_drake.teleop.coupling.tdpa import DOWN_E, UP_E, Tdpa
+from scara_drake.coupling.direct import Direct
+from scara_drake.coupling.tdpa import DOWN_E, UP_E, Tdpa
 
 DURATION = 10.0
 STEPS = round(DURATION / PERIOD)

@@ -19,7 +19,7 @@ from coupling_rig import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.teleop.coupling.wave_variables import WaveVariables, affordable, wave_slave
+from scara_drake.coupling.wave_variables import WaveVariables, affordable, wave_slave
 
 VARYING = [lambda t: max(0.2 * math.sin(t), 0.0), lambda t: 0.1 * (1.0 + math.sin(t))]
 

@@ -10,10 +10,10 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scara_drake.channel.delays import ConstantDelay
+from scara_drake.channel.packets import Loss, Packets
 from scara_drake.experiments import couplings
 from scara_drake.experiments.result import VERDICTS, Experiment
-from scara_drake.teleop.delays import ConstantDelay
-from scara_drake.teleop.packet_channel import Loss, Packets
 
 SMALL = {
     "couplings": ("direct", "TDPA"),

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scara_drake.teleop.delays import ConstantDelay, SineDelay, StepDelay, TableDelay
+from scara_drake.channel.delays import ConstantDelay, SineDelay, StepDelay, TableDelay
 
 TIMES = [0.5, 1.0, 2.5]
 DELAYS = [0.2, 0.0, 0.3]

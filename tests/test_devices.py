@@ -16,8 +16,8 @@ pygame = pytest.importorskip("pygame")
 from pydrake.systems.analysis import Simulator  # noqa: E402
 from virtual_pad import VirtualPad, load_sdl  # noqa: E402
 
-from scara_drake.teleop.devices import AxisMap, PygameDevice, find_device  # noqa: E402
-from scara_drake.teleop.joystick import JoystickSource  # noqa: E402
+from scara_drake.operator.devices import AxisMap, PygameDevice, find_device  # noqa: E402
+from scara_drake.operator.joystick import JoystickSource  # noqa: E402
 
 pytestmark = pytest.mark.skipif(
     load_sdl() is None, reason="pygame's SDL library with virtual joysticks was not found"

@@ -12,7 +12,7 @@ from scara_drake import robot
 from scara_drake.control.governor import ReferenceGovernor, ReferenceGovernorSystem, govern
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
-from scara_drake.reference import JointMotion, JointMotionSource
+from scara_drake.operator.joint_motion import JointMotion, JointMotionSource
 
 TS = 1e-3
 

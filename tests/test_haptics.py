@@ -13,7 +13,7 @@ from pydrake.common.yaml import yaml_load_typed
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
-from scara_drake.teleop.haptics import (
+from scara_drake.operator.haptics import (
     HapticMapping,
     HapticOutput,
     impact_level,

@@ -5,7 +5,7 @@ from leaf import outputs, ports, tick
 from scara_drake import kinematics, robot
 from scara_drake.ik import solve
 from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem, first_posture
-from scara_drake.teleop.mapping import JoystickMapping, initial_command
+from scara_drake.operator.mapping import JoystickMapping, initial_command
 from scara_drake.vectors import pose_matrix
 
 COMMAND = initial_command(JoystickMapping())

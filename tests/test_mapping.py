@@ -15,14 +15,14 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.robot import HOME
-from scara_drake.teleop.mapping import (
+from scara_drake.operator.mapping import (
     JoystickMapping,
     JoystickToPose,
     initial_command,
     move_command,
     remove_dead_zone,
 )
+from scara_drake.robot import HOME
 
 AXES = arrays(float, 5, elements=st.floats(-1, 1))
 

@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from scara_drake.teleop.master import Master, SimulatedMaster, Sweep, hand_target, move_device
+from scara_drake.operator.master import Master, SimulatedMaster, Sweep, hand_target, move_device
 
 PERIOD = 1e-3
 

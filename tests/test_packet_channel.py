@@ -8,8 +8,8 @@ from pydrake.systems.framework import DiagramBuilder, VectorSystem
 from pydrake.systems.primitives import LogVectorOutput
 from scipy import stats
 
-from scara_drake.teleop.delays import ConstantDelay, SineDelay, StepDelay, TableDelay
-from scara_drake.teleop.packet_channel import (
+from scara_drake.channel.delays import ConstantDelay, SineDelay, StepDelay, TableDelay
+from scara_drake.channel.packets import (
     BAD,
     HEAD,
     Jitter,
@@ -20,7 +20,7 @@ from scara_drake.teleop.packet_channel import (
     is_lost,
     jitter_time,
 )
-from scara_drake.teleop.signal_delay import SignalDelay
+from scara_drake.channel.signal_delay import SignalDelay
 
 H = 1e-3
 

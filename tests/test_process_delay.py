@@ -8,9 +8,9 @@ import pytest
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
 from scara_drake import robot
+from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.perturbation import JointPerturbation
 from scara_drake.process_delay import CONTROL_DELAY_READINGS, ProcessDelay, perturbation_reading
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
 
 
 @dataclass

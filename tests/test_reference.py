@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from leaf import ports
 
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.reference import JointMotion, JointMotionSource, joint_reference
+from scara_drake.operator.joint_motion import JointMotion, JointMotionSource, joint_reference
 
 MOTION = JointMotion(
     base=[3.0, 0.1, 0.2, 0.3, 0.4, 0.5],

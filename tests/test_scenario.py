@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from scara_drake import load_scenario, make_diagram
-from scara_drake.reference import JointMotion
+from scara_drake.channel.links import SineDelay
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.scenario import Scenario, dump_scenario, scenario_names
-from scara_drake.teleop.channel import SineDelay
 
 
 @pytest.mark.parametrize("name", scenario_names())

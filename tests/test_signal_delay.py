@@ -13,9 +13,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
 
-from scara_drake.teleop.channel import Channel
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
-from scara_drake.teleop.signal_delay import SignalDelay, delay_at, push_and_read
+from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.links import Channel
+from scara_drake.channel.signal_delay import SignalDelay, delay_at, push_and_read
 
 H = 1e-3
 OMEGA = np.array([3.0, 5.0])

@@ -10,15 +10,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from scara_drake.common.resources import resource
-from scara_drake.teleop.mapping import JoystickMapping, remove_dead_zone
-from scara_drake.teleop.operator_trace import (
+from scara_drake.operator.mapping import JoystickMapping, remove_dead_zone
+from scara_drake.operator.shipped_trace import (
     OperatorProfile,
     main,
     operator_trace,
     stick_for,
     write_operator_trace,
 )
-from scara_drake.teleop.trace import COLUMNS, load_trace
+from scara_drake.operator.trace import COLUMNS, load_trace
 
 HEADER = "time,x,y,z,mast_axis,mast_hat\n"
 

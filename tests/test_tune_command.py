@@ -14,7 +14,7 @@ import pytest
 from scara_drake import load_scenario, tune_command
 from scara_drake.__main__ import main
 from scara_drake.common.resources import resource
-from scara_drake.teleop.trace import load_trace
+from scara_drake.operator.trace import load_trace
 
 QUICK = ["tune", "joint_sine", "--duration", "0.05"]
 

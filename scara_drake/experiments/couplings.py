@@ -21,17 +21,17 @@ from rich.console import Console
 from rich.progress import track
 
 from scara_drake import bilateral_metrics, metrics
+from scara_drake.channel.delays import ConstantDelay
+from scara_drake.channel.links import Channel, Link
+from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
+from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.experiments.couplings_claims import claims
 from scara_drake.experiments.result import Experiment, variable
+from scara_drake.operator.master import Master, Sweep
 from scara_drake.scenario import Scenario, load_scenario
 from scara_drake.simulate import simulate
-from scara_drake.teleop.channel import Channel, Link
-from scara_drake.teleop.coupling.tdpa import Tdpa
-from scara_drake.teleop.delays import ConstantDelay
-from scara_drake.teleop.master import Master, Sweep
-from scara_drake.teleop.packet_channel import Loss, Packets
-from scara_drake.teleop.presets import PRESETS
 
 SCENARIO = "bilateral"
 COUPLINGS: Final = {

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ConstantVectorSource
 
+from scara_drake.channel.links import Channel
+from scara_drake.coupling.ends import Coupling
 from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem
-from scara_drake.teleop.channel import Channel
-from scara_drake.teleop.coupling.ports import Coupling
-from scara_drake.teleop.master import Master, SimulatedMaster
+from scara_drake.operator.master import Master, SimulatedMaster
 from scara_drake.wiring import Signals, link_signals, outputs
 
 Array = NDArray[np.float64]

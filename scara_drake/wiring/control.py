@@ -14,10 +14,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Adder
 
+from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.contact_estimate import ContactForceEstimator
-from scara_drake.reference import JointMotion
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.scenario import Scenario
-from scara_drake.teleop.signal_delay import SignalDelay
 from scara_drake.wiring import Signals, chain, connect_by_name, outputs
 
 Array = NDArray[np.float64]

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.operator.haptics import HapticOutput
+from scara_drake.operator.joystick import Joystick
+from scara_drake.operator.kinesthetic import KinestheticOutput
+from scara_drake.operator.mapping import JoystickToPose, initial_command
 from scara_drake.scenario import Scenario
-from scara_drake.teleop.haptics import HapticOutput
-from scara_drake.teleop.kinesthetic import KinestheticOutput
-from scara_drake.teleop.mapping import JoystickToPose, initial_command
-from scara_drake.teleop.operator import Joystick
 from scara_drake.wiring import Signals, chain, link_signals, outputs
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 Reaches are minimum-jerk (Flash and Hogan, 1985): 10 s^3 - 15 s^4 + 6 s^5 between rests. On top come
 physiological tremor of 8 to 10 Hz, and what a cheap gamepad adds: 8 bits, and spikes of one to
-three samples, as the paper saw them. Run ``python -m scara_drake.teleop.operator_trace OUT.csv``.
+three samples, as the paper saw them. Run ``python -m scara_drake.operator.shipped_trace OUT.csv``.
 """
 
 import argparse
@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scara_drake.teleop.mapping import JoystickMapping
-from scara_drake.teleop.trace import COLUMNS
+from scara_drake.operator.mapping import JoystickMapping
+from scara_drake.operator.trace import COLUMNS
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common import checks
-from scara_drake.teleop.coupling.ports import (
+from scara_drake.coupling.ends import (
     HEAD,
     HELD,
     NUMBER,

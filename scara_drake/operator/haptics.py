@@ -16,7 +16,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
-from scara_drake.teleop.devices import Device
+from scara_drake.operator.devices import Device
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.teleop.coupling.ports import (
+from scara_drake.coupling.ends import (
     HEAD,
     NUMBER,
     Coupling,

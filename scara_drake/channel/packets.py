@@ -8,11 +8,11 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from scara_drake.channel.delays import LONGEST, ConstantDelay, SineDelay, StepDelay, TableDelay
+from scara_drake.channel.signal_delay import check_signal, delay_at
 from scara_drake.common import checks
 from scara_drake.common.draws import gamma, normal, uniform
 from scara_drake.common.state import declare_state
-from scara_drake.teleop.delays import LONGEST, ConstantDelay, SineDelay, StepDelay, TableDelay
-from scara_drake.teleop.signal_delay import check_signal, delay_at
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.control.controller import all_finite, check_finite
 from scara_drake.kinematics import REACH, rotation_from_intrinsic_xyz
-from scara_drake.teleop.mapping import MAST_HIGH, MAST_LOW
+from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from scara_drake.teleop.delays import ConstantDelay, SineDelay
-from scara_drake.teleop.packet_channel import Jitter, Loss, Packets
+from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.packets import Jitter, Loss, Packets
 
 
 @dataclass(frozen=True)

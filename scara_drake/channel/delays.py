@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.channel.signal_delay import LINES, SINE, STEPS, SignalDelay, delay_at
 from scara_drake.common import checks
-from scara_drake.teleop.signal_delay import LINES, SINE, STEPS, SignalDelay, delay_at
 
 Array = NDArray[np.float64]
 

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, field
 
+from scara_drake.channel.delays import LONGEST, ConstantDelay, SineDelay, StepDelay, TableDelay
+from scara_drake.channel.packets import Packets
+from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
-from scara_drake.teleop.delays import LONGEST, ConstantDelay, SineDelay, StepDelay, TableDelay
-from scara_drake.teleop.packet_channel import Packets
-from scara_drake.teleop.presets import PRESETS
 
 Link = ConstantDelay | SineDelay | StepDelay | TableDelay | Packets
 

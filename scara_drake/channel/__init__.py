@@ -1,0 +1,1 @@
+"""What carries commands and forces between operator and robot: delays, packets, presets."""

@@ -1,0 +1,1 @@
+"""Who commands, and what he feels: joystick, master, recorded motions, haptics."""

@@ -1,1 +1,0 @@
-"""Teleoperation: joystick, command mapping, delayed channel and haptics."""

@@ -1,1 +1,0 @@
-"""Bilateral couplings: what a master and a slave exchange over a delayed channel, one file each."""
