@@ -25,7 +25,7 @@ from rich.text import Text
 from scara_drake.channel.presets import PRESETS
 from scara_drake.experiments.couplings import CASES, COUPLINGS, LINKS, run
 from scara_drake.experiments.result import Claim
-from scara_drake.recording import versions
+from scara_drake.recordings.recorder import versions
 
 # Figure, its heading, and its scale.
 PRESSED = {

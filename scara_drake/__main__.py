@@ -13,14 +13,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from scara_drake import __version__, ik_command, metrics, robot, tune_command
-from scara_drake.block_diagram import render_svg
 from scara_drake.common.resources import resource
 from scara_drake.contact_report import yielding_joints
 from scara_drake.diagram import make_diagram
-from scara_drake.recording import save_recording
+from scara_drake.display.block_diagram import render_svg
+from scara_drake.display.scene import publish_recording, save_html, set_camera, start_recording
+from scara_drake.recordings.recorder import save_recording
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides, scenario_names
-from scara_drake.simulate import Run, run
-from scara_drake.visualization import publish_recording, save_html, set_camera, start_recording
+from scara_drake.simulation.run import Run, run
 
 BAD_INPUT, FAILED_RUN, INTERRUPTED = 2, 1, 130
 SETTLING = 1.0  # [s], left out of the tracking figures: the drives take up the weight
@@ -89,7 +89,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _replay(options: argparse.Namespace, console: Console) -> None:
     try:
-        from scara_drake.replay import main as replay  # its extra may not be installed
+        from scara_drake.replay.player import (
+            main as replay,  # its extra may not be installed
+        )
     except ModuleNotFoundError as error:
         raise ValueError(f"replay: {error}, allowed with the extra 'replay' installed") from None
     if status := replay(options.arguments):

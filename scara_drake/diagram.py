@@ -23,16 +23,16 @@ from pydrake.multibody.plant import (
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from scara_drake.control import contact_estimate
+from scara_drake.display.scene import add_visualization
 from scara_drake.environment import ContactShapes, ImpedanceContact, add_surfaces
 from scara_drake.ik.system import first_posture
 from scara_drake.operator.joint_motion import JointMotion, JointMotionSource
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.mapping import initial_command
 from scara_drake.operator.master import Master
-from scara_drake.recording import add_recorder
+from scara_drake.recordings.recorder import add_recorder
 from scara_drake.robot import add_scara
 from scara_drake.scenario import Scenario
-from scara_drake.visualization import add_visualization
 from scara_drake.wiring import Signals, outputs
 from scara_drake.wiring.bilateral import add_bilateral
 from scara_drake.wiring.control import add_control, add_drives, add_forces

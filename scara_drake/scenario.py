@@ -25,13 +25,13 @@ from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.pid import Pid
+from scara_drake.control.process_delay import ProcessDelay
 from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.coupling.direct import Direct, ScaledForce
 from scara_drake.coupling.model_mediated import ModelMediated
 from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
-from scara_drake.drives import Drives
 from scara_drake.environment import Environment
 from scara_drake.ik.system import FOLLOWERS, InverseKinematics
 from scara_drake.operator.haptics import HapticMapping
@@ -39,8 +39,8 @@ from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.kinesthetic import KinestheticMapping
 from scara_drake.operator.master import Master
-from scara_drake.perturbation import JointPerturbation
-from scara_drake.process_delay import ProcessDelay
+from scara_drake.plant.drives import Drives
+from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
 
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated

@@ -5,8 +5,6 @@ from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
 from scara_drake.control.pid import PidController
 from scara_drake.control.sliding_mode import SlidingModeController
-from scara_drake.drives import ActuatorLagSystem, JointFrictionSystem
-from scara_drake.encoder import EncoderSystem
 from scara_drake.environment import ImpedanceContact
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.haptics import HapticOutput
@@ -14,7 +12,9 @@ from scara_drake.operator.joint_motion import JointMotionSource
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
-from scara_drake.perturbation import JointPerturbationSource
+from scara_drake.plant.drives import ActuatorLagSystem, JointFrictionSystem
+from scara_drake.plant.encoder import EncoderSystem
+from scara_drake.plant.perturbation import JointPerturbationSource
 
 __all__ = [
     "ActuatorLagSystem",

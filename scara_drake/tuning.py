@@ -25,10 +25,10 @@ from optuna.trial import FrozenTrial, Trial, TrialState
 from sqlalchemy.exc import SQLAlchemyError
 
 from scara_drake.common import checks
-from scara_drake.interrupt import DeferredInterrupt
 from scara_drake.operator.joystick import Joystick
 from scara_drake.scenario import Scenario, dump_scenario
-from scara_drake.simulate import run
+from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.run import run
 from scara_drake.tuning_cost import TRACKING, Cost, Figures
 from scara_drake.tuning_space import candidate, search_space, start_point
 

@@ -4,9 +4,9 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from scara_drake import load_scenario, make_diagram
-from scara_drake.block_diagram import dot_source, render_svg, source_of_svg
 from scara_drake.common.resources import resource
-from scara_drake.recording import BUNDLE, LOG
+from scara_drake.display.block_diagram import dot_source, render_svg, source_of_svg
+from scara_drake.recordings.recorder import BUNDLE, LOG
 from scara_drake.scenario import scenario_names
 
 

@@ -6,13 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.multibody.plant import MultibodyPlant
 
-from scara_drake import load_scenario, metrics, robot, simulate
+from scara_drake import load_scenario, metrics, robot
 from scara_drake.control.chatter import (
     chatter_number,
     check_chatter,
     inverse_mass_matrices,
     smallest_layer,
 )
+from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 M_HAT = robot.nominal_inertias()

@@ -9,7 +9,7 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 
-from scara_drake import kinematics, load_scenario, robot, simulate
+from scara_drake import kinematics, load_scenario, robot
 from scara_drake.control.contact_estimate import (
     ContactForceEstimator,
     make_model,
@@ -17,6 +17,7 @@ from scara_drake.control.contact_estimate import (
     unexplained_effort,
 )
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
+from scara_drake.simulation import run as simulate
 
 M_HAT = robot.nominal_inertias()
 

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scara_drake import load_scenario, robot, simulate
+from scara_drake import load_scenario, robot
 from scara_drake.contact_report import yielding_joints
 from scara_drake.kinematics import forward_kinematics
+from scara_drake.simulation import run as simulate
 
 
 def recording(saturation: list[list[float]], penetration: list[list[float]]) -> xr.Dataset:

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake import load_scenario, metrics, robot, simulate
+from scara_drake import load_scenario, metrics, robot
 from scara_drake.control.chatter import inverse_mass_matrices
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode, ismc_law
+from scara_drake.simulation import run as simulate
 from scara_drake.stability.delay_margin import (
     arm_onset,
     crossover,

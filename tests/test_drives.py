@@ -1,4 +1,4 @@
-"""scara_drake.drives: lag and friction, by closed forms, energy, and the arm in a loop."""
+"""scara_drake.plant.drives: lag and friction, by closed forms, energy, and the arm in a loop."""
 
 import math
 
@@ -15,7 +15,7 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from scipy import integrate
 
 from scara_drake import robot
-from scara_drake.drives import (
+from scara_drake.plant.drives import (
     COULOMB,
     SIGMA_0,
     SIGMA_1,
@@ -26,7 +26,7 @@ from scara_drake.drives import (
     JointFrictionSystem,
     friction_force,
 )
-from scara_drake.encoder import Encoder
+from scara_drake.plant.encoder import Encoder
 
 H = 1e-3
 

@@ -1,4 +1,4 @@
-"""scara_drake.encoder: what the sensors show, and that they add no tick to the loop."""
+"""scara_drake.plant.encoder: what the sensors show, and that they add no tick to the loop."""
 
 import math
 
@@ -14,7 +14,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from scipy import signal, stats
 
 from scara_drake import robot
-from scara_drake.encoder import Encoder, EncoderSystem, encoder_sample
+from scara_drake.plant.encoder import Encoder, EncoderSystem, encoder_sample
 
 H = 1e-3
 NONE = [0.0] * 6

@@ -6,13 +6,14 @@ from leaf import outputs, ports, tick
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
-from scara_drake import load_scenario, robot, simulate
+from scara_drake import load_scenario, robot
 from scara_drake.control.integral_sliding_mode import (
     IntegralSlidingMode,
     IntegralSlidingModeController,
     ismc_law,
     sliding_surface,
 )
+from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 ONES = np.ones(6)

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from scara_drake.interrupt import DeferredInterrupt
+from scara_drake.simulation.interrupt import DeferredInterrupt
 
 
 def interrupt():

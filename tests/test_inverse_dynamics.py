@@ -10,9 +10,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from scara_drake import kinematics, load_scenario, robot, simulate
+from scara_drake import kinematics, load_scenario, robot
 from scara_drake.control.inverse_dynamics import InverseDynamics, integrate_error
 from scara_drake.diagram import make_diagram
+from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 

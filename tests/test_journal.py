@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from scara_drake.journal import Journal, read_journal
+from scara_drake.recordings.journal import Journal, read_journal
 
 
 def write(path, blocks):

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from scara_drake import load_scenario, robot, simulate
+from scara_drake import load_scenario, robot
+from scara_drake.simulation import run as simulate
 from scara_drake.stability.delay_margin import mass_ratios
 from scara_drake.stability.evidence import pushed_scenario
 from scara_drake.stability.lyapunov import lyapunov, perturbation

@@ -95,7 +95,7 @@ def test_bad_trace_file(capsys, tmp_path):
 
 
 def test_a_failed_run_is_status_one_and_keeps_the_journal(capsys, tmp_path, monkeypatch):
-    target = sys.modules["scara_drake.simulate"]
+    target = sys.modules["scara_drake.simulation.run"]
     original = target.drain
     calls = []
 

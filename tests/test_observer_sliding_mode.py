@@ -4,10 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
-from scara_drake import load_scenario, metrics, robot, simulate
+from scara_drake import load_scenario, metrics, robot
 from scara_drake.control.chatter import chatter_number, inverse_mass_matrices
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode, observer_law
 from scara_drake.control.perturbation_observer import observer_gains
+from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 M_HAT = robot.nominal_inertias()

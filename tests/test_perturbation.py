@@ -10,7 +10,7 @@ from leaf import ports
 from pydrake.common.yaml import yaml_load_typed
 
 from scara_drake import robot
-from scara_drake.perturbation import JointPerturbation, JointPerturbationSource
+from scara_drake.plant.perturbation import JointPerturbation, JointPerturbationSource
 
 M_HAT = robot.nominal_inertias()
 

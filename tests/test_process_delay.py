@@ -1,4 +1,4 @@
-"""scara_drake.process_delay: the delays, and the readings of the paper's zeta(t) and d(t)."""
+"""Process delays: the delays, and the readings of the paper's zeta(t) and d(t)."""
 
 import math
 from dataclasses import dataclass
@@ -9,8 +9,12 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 
 from scara_drake import robot
 from scara_drake.channel.delays import ConstantDelay, SineDelay
-from scara_drake.perturbation import JointPerturbation
-from scara_drake.process_delay import CONTROL_DELAY_READINGS, ProcessDelay, perturbation_reading
+from scara_drake.control.process_delay import (
+    CONTROL_DELAY_READINGS,
+    ProcessDelay,
+    perturbation_reading,
+)
+from scara_drake.plant.perturbation import JointPerturbation
 
 
 @dataclass

@@ -23,11 +23,13 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake import environment as surroundings
-from scara_drake import load_scenario, replay, robot, save_recording, simulate
+from scara_drake import load_scenario, robot, save_recording
 from scara_drake.common.resources import resource
 from scara_drake.environment import Environment, Wall
 from scara_drake.kinematics import forward_kinematics
+from scara_drake.replay import player as replay
 from scara_drake.scenario import dump_scenario
+from scara_drake.simulation import run as simulate
 
 URDF = ET.parse(resource("models", "scara6.urdf")).getroot()
 FORCE = np.array([0.0, 120.0, 160.0])  # 200 N
@@ -422,7 +424,7 @@ def test_it_needs_no_drake(file: Path) -> None:
 import sys
 sys.modules["pydrake"] = None
 import numpy as np
-from scara_drake import replay
+from scara_drake.replay import player as replay
 import meshcat
 
 class Window:

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
 
-from scara_drake import load_recording, load_scenario, metrics, robot, simulate
-from scara_drake.journal import Journal
-from scara_drake.simulate import run
+from scara_drake import load_recording, load_scenario, metrics, robot
+from scara_drake.recordings.journal import Journal
+from scara_drake.simulation import run as simulate
+from scara_drake.simulation.run import run
 
 FINGERPRINT = """
 import hashlib, sys, scara_drake as sd

@@ -4,9 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
-from scara_drake import load_scenario, robot, simulate
+from scara_drake import load_scenario, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.sliding_mode import SlidingMode, SlidingModeController, smc_law
+from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 

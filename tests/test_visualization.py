@@ -17,6 +17,15 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from scara_drake import kinematics, robot
+from scara_drake.display.scene import (
+    SceneAnnotations,
+    StopButton,
+    add_visualization,
+    publish_recording,
+    save_html,
+    set_camera,
+    start_recording,
+)
 from scara_drake.environment import (
     Box,
     Cylinder,
@@ -25,15 +34,6 @@ from scara_drake.environment import (
     Surface,
     Wall,
     add_surfaces,
-)
-from scara_drake.visualization import (
-    SceneAnnotations,
-    StopButton,
-    add_visualization,
-    publish_recording,
-    save_html,
-    set_camera,
-    start_recording,
 )
 
 HOME_STATE = np.r_[robot.HOME, np.zeros(6)]

@@ -31,7 +31,7 @@ from scara_drake.experiments.couplings_claims import claims
 from scara_drake.experiments.result import Experiment, variable
 from scara_drake.operator.master import Master, Sweep
 from scara_drake.scenario import Scenario, load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 
 SCENARIO = "bilateral"
 COUPLINGS: Final = {

@@ -8,7 +8,7 @@ import xarray as xr
 from scara_drake import metrics, robot
 from scara_drake.experiments.result import Claim, Experiment, judge, variable
 from scara_drake.scenario import load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 
 METHODS = {"DPSO": "dpso", "DPSOIJ": "dpsoij"}
 JUMP = 0.5  # [rad] in one sample of 1 ms

@@ -8,7 +8,7 @@ import xarray as xr
 from scara_drake import metrics
 from scara_drake.experiments.result import NOT_COMPARABLE, Claim, Experiment, judge, span, variable
 from scara_drake.scenario import load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 
 SCENARIO = "teleoperation"
 # The first is the reference; the others are the readings of 0.2 sin t, "0-2 s".

@@ -18,7 +18,7 @@ import xarray as xr
 from scara_drake import metrics, robot
 from scara_drake.experiments.result import NOT_COMPARABLE, Claim, Experiment, judge, variable
 from scara_drake.scenario import load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 
 SCENARIO = "free_motion"
 START = 1.0  # [s]: before it the drives take up the weight of the arm

@@ -18,10 +18,14 @@ from numpy.typing import NDArray
 
 from scara_drake import robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode, ismc_law
+from scara_drake.control.process_delay import (
+    AMPLITUDE,
+    CONTROL_DELAY_READINGS,
+    perturbation_reading,
+)
 from scara_drake.experiments.result import NOT_COMPARABLE, Claim, Experiment, judge, variable
-from scara_drake.process_delay import AMPLITUDE, CONTROL_DELAY_READINGS, perturbation_reading
 from scara_drake.scenario import load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 
 Array = NDArray[np.float64]
 

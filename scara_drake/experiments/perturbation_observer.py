@@ -26,7 +26,7 @@ from scara_drake.control.observer_sliding_mode import ObserverSlidingMode, obser
 from scara_drake.control.perturbation_observer import observer_gains
 from scara_drake.experiments.result import NOT_COMPARABLE, Claim, Experiment, variable
 from scara_drake.scenario import load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 
 Array = NDArray[np.float64]
 

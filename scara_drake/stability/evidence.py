@@ -10,8 +10,9 @@ import xarray as xr
 
 from scara_drake import metrics, robot
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
+from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario, load_scenario
-from scara_drake.simulate import simulate
+from scara_drake.simulation.run import simulate
 from scara_drake.stability.delay_margin import (
     arm_onset,
     delay_margin,
@@ -19,7 +20,6 @@ from scara_drake.stability.delay_margin import (
     onset,
     simulated_onset,
 )
-from scara_drake.stability.labels import labelled
 from scara_drake.stability.linear import least_mass_ratio, linearise
 from scara_drake.stability.lyapunov import lyapunov, sliding_mode
 from scara_drake.stability.robustness import SETTLE, Overrides

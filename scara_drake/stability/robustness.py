@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scara_drake import metrics, robot
 from scara_drake.common import checks
 from scara_drake.control.controller import EFFORT_LIMIT
+from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
-from scara_drake.simulate import simulate
-from scara_drake.stability.labels import labelled
+from scara_drake.simulation.run import simulate
 
 Array = NDArray[np.float64]
 Overrides = Mapping[str, Any]

@@ -9,7 +9,7 @@ from html import escape
 
 from pydrake.systems.framework import Diagram, System
 
-from scara_drake.recording import BUNDLE, LOG
+from scara_drake.recordings.recorder import BUNDLE, LOG
 
 # The drawing carries its own source in a comment, so that a reader can tell whether it is current.
 _MARK = "block diagram source:"

@@ -18,13 +18,13 @@ from pydrake.systems.framework import Diagram
 
 from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
-from scara_drake.interrupt import DeferredInterrupt
-from scara_drake.journal import Journal, read_journal
+from scara_drake.display.scene import StopButton
 from scara_drake.operator.joystick import JoystickSource
-from scara_drake.progress import ProgressLine
-from scara_drake.recording import drain, metadata, to_dataset
+from scara_drake.recordings.journal import Journal, read_journal
+from scara_drake.recordings.recorder import drain, metadata, to_dataset
 from scara_drake.scenario import Scenario
-from scara_drake.visualization import StopButton
+from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.progress import ProgressLine
 
 # Simulated time between two looks at the log, the Stop button and the clock.
 BLOCK = 0.1  # [s]

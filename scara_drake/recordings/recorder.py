@@ -23,9 +23,9 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSi
 
 from scara_drake import robot
 from scara_drake.ik.system import STATUS
-from scara_drake.journal import read_journal
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.trace import STICK_NAMES
+from scara_drake.recordings.journal import read_journal
 from scara_drake.scenario import Scenario, dump_scenario
 
 Array = NDArray[np.float64]

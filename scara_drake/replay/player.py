@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import io
 import math
-import signal
 import sys
 import time
 import webbrowser
@@ -33,7 +32,7 @@ from meshcat.transformations import quaternion_from_matrix, rotation_matrix, tra
 from numpy.typing import NDArray
 
 from scara_drake.common.resources import resource
-from scara_drake.urdf import link_poses, read_visuals
+from scara_drake.replay.urdf import link_poses, read_visuals
 
 Array = NDArray[np.float64]
 Color = tuple[float, ...]  # red, green, blue, opacity
@@ -287,8 +286,3 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 130
     return 0
-
-
-if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the server is ended too
-    sys.exit(main())

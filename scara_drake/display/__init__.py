@@ -1,0 +1,1 @@
+"""What the operator sees in Meshcat, and the drawing of a Diagram."""

@@ -1,0 +1,1 @@
+"""What real drives and sensors add to the plant."""

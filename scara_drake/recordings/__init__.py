@@ -1,0 +1,1 @@
+"""What is kept of a run: names of signals, the recorder, labelled datasets, files."""

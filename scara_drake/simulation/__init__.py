@@ -1,0 +1,1 @@
+"""Running a Diagram: blocks of time, journal, pacing, progress and a clean end."""
