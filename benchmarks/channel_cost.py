@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.table import Table
 from simulation_speed import PLANT, TIME_STEP, Case, make_case, measure, plant_alone
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.channel.links import Link
 from scara_drake.channel.packets import Jitter, Loss, Packets
@@ -52,7 +52,7 @@ def plant_and_channel(link: Link) -> Diagram:
     plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=TIME_STEP), builder)
     robot.add_scara(plant)
     plant.Finalize()
-    plant.SetDefaultPositions(robot.HOME)
+    plant.SetDefaultPositions(joints.HOME)
     weight = -plant.CalcGravityGeneralizedForces(plant.CreateDefaultContext())
     effort = builder.AddSystem(ConstantVectorSource(weight))
     builder.Connect(effort.get_output_port(), plant.get_actuation_input_port())

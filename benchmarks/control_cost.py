@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.table import Table
 from simulation_speed import PLANT, TIME_STEP, make_case, measure, plant_alone
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
@@ -51,8 +51,8 @@ def controlled_plant(part: Any) -> Diagram:
     plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=TIME_STEP), builder)
     robot.add_scara(plant)
     plant.Finalize()
-    plant.SetDefaultPositions(robot.HOME)
-    reference = builder.AddSystem(ConstantVectorSource(np.concatenate([robot.HOME, np.zeros(6)])))
+    plant.SetDefaultPositions(joints.HOME)
+    reference = builder.AddSystem(ConstantVectorSource(np.concatenate([joints.HOME, np.zeros(6)])))
     controller = builder.AddSystem(part.make_system(TIME_STEP))
     builder.Connect(reference.get_output_port(), controller.GetInputPort("state_desired"))
     builder.Connect(plant.get_state_output_port(), controller.GetInputPort("state"))

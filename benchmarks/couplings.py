@@ -1,7 +1,7 @@
 """The couplings of a bilateral teleoperation over the named channels: one table a channel.
 
-What is run, and what each figure means, is told by `scara_drake.experiments.couplings`. It takes
-some minutes::
+What is run, and what each figure means, is told by
+`scara_drake.experiments.teleoperation.couplings`. It takes some minutes::
 
     python benchmarks/couplings.py --jobs 2 --output benchmarks/results
 """
@@ -23,8 +23,8 @@ from rich.table import Table
 from rich.text import Text
 
 from scara_drake.channel.presets import PRESETS
-from scara_drake.experiments.couplings import CASES, COUPLINGS, LINKS, run
-from scara_drake.experiments.result import Claim
+from scara_drake.experiments.claim import Claim
+from scara_drake.experiments.teleoperation.couplings import CASES, COUPLINGS, LINKS, run
 from scara_drake.recordings.recorder import versions
 
 # Figure, its heading, and its scale.

@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.diagram import make_diagram
 from scara_drake.environment import Environment
 from scara_drake.operator.joint_motion import JointMotion
@@ -67,7 +67,7 @@ def plant_alone() -> Diagram:
     plant, _ = AddMultibodyPlant(MultibodyPlantConfig(time_step=TIME_STEP), builder)
     robot.add_scara(plant)
     plant.Finalize()
-    plant.SetDefaultPositions(robot.HOME)
+    plant.SetDefaultPositions(joints.HOME)
     weight = -plant.CalcGravityGeneralizedForces(plant.CreateDefaultContext())
     effort = builder.AddSystem(ConstantVectorSource(weight))
     builder.Connect(effort.get_output_port(), plant.get_actuation_input_port())

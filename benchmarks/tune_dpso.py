@@ -19,10 +19,10 @@ from rich.table import Table
 from scipy.optimize import differential_evolution
 
 from scara_drake import kinematics
-from scara_drake.ik.branches import LOWER, UPPER, search_box
 from scara_drake.ik.dpso import search_kernel
+from scara_drake.ik.kernels.branches import LOWER, UPPER, search_box
+from scara_drake.ik.kernels.swarm import draws
 from scara_drake.ik.options import TUNED, Dpso, Swarm
-from scara_drake.ik.swarm import draws
 
 Array = NDArray[np.float64]
 

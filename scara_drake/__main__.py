@@ -12,12 +12,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from scara_drake import __version__, ik_command, metrics, robot, tune_command
+from scara_drake import __version__, joints, metrics
+from scara_drake.cli import ik as ik_command
+from scara_drake.cli import tune as tune_command
 from scara_drake.common.resources import resource
-from scara_drake.contact_report import yielding_joints
 from scara_drake.diagram import make_diagram
 from scara_drake.display.block_diagram import render_svg
 from scara_drake.display.scene import publish_recording, save_html, set_camera, start_recording
+from scara_drake.metrics.contact import yielding_joints
 from scara_drake.recordings.recorder import save_recording
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides, scenario_names
 from scara_drake.simulation.run import Run, run
@@ -148,7 +150,7 @@ def _print_summary(console: Console, scenario: Scenario, result: Run) -> None:
     table.add_column("RMS", justify="right")
     table.add_column("largest", justify="right")
     for joint, rms, peak in zip(
-        robot.JOINT_NAMES,
+        joints.JOINT_NAMES,
         metrics.rmse(error).values,
         metrics.peak(error).values,
         strict=True,
@@ -182,9 +184,9 @@ def _show(options: argparse.Namespace, console: Console) -> None:
     visualizer = ModelVisualizer(meshcat=meshcat)
     visualizer.package_map().AddPackageXml(resource("models", "package.xml"))
     visualizer.AddModels(resource("models", "scara6.urdf"))
-    visualizer.Finalize(position=robot.HOME)
+    visualizer.Finalize(position=joints.HOME)
     console.print(f"Scene: {meshcat.web_url()}   (Ctrl-C, or its Stop button, to leave)")
-    visualizer.Run(position=robot.HOME, loop_once=options.once)
+    visualizer.Run(position=joints.HOME, loop_once=options.once)
 
 
 def _diagrams(options: argparse.Namespace, console: Console) -> None:

@@ -13,13 +13,14 @@ import xarray as xr
 from matplotlib.axes import Axes
 from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
 
-from scara_drake import kinematics, metrics, robot
+from scara_drake import kinematics, metrics
 from scara_drake.common import checks
 from scara_drake.environment import Environment, Wall
+from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 
 COMMANDED, DESIRED, MEASURED = "0.6", "#d6129c", "#0d9e73"
 FORCE, LAW, WALL = "#d62020", "0.15", "#6b94bd"
-REVOLUTE = robot.JOINT_NAMES[1:]
+REVOLUTE = JOINT_NAMES[1:]
 
 
 def tracking(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) -> None:
@@ -188,8 +189,8 @@ def _tool_velocity(recording: xr.Dataset) -> np.ndarray:
 
 def _unit(joints: Sequence[str]) -> str:
     for joint in joints:
-        checks.choice("joints", joint, robot.JOINT_NAMES)
-    units = {robot.JOINT_UNITS[robot.JOINT_NAMES.index(joint)] for joint in joints}
+        checks.choice("joints", joint, JOINT_NAMES)
+    units = {JOINT_UNITS[JOINT_NAMES.index(joint)] for joint in joints}
     if len(units) != 1:
         raise ValueError(f"joints: {', '.join(joints)}, allowed d1 alone, or revolute joints")
     return units.pop()

@@ -1,66 +1,26 @@
-"""The robot: names, ranges, home posture, nominal inertias, and its place in a MultibodyPlant."""
+"""The robot in a MultibodyPlant: its model, its nominal inertias and its mass matrices."""
 
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, SpatialInertia, UnitInertia
 
+from scara_drake import joints
 from scara_drake.common import checks
 from scara_drake.common.resources import resource
 
 Array = NDArray[np.float64]
 
 
-def _constant(values: list[float]) -> Array:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array
-
-
-JOINT_NAMES: Final = ("d1", "theta2", "theta3", "theta4", "theta5", "theta6")
-JOINT_UNITS: Final = ("m", "rad", "rad", "rad", "rad", "rad")
 TOOL_FRAME: Final = "tool"
-
-# Table 2 of the paper, [m] and [rad].
-LOWER: Final = _constant([2.5, -2 * np.pi, -2 * np.pi, -0.75 * np.pi, -0.75 * np.pi, -2 * np.pi])
-UPPER: Final = _constant([10.0, 2 * np.pi, 2 * np.pi, 0.75 * np.pi, 0.75 * np.pi, 2 * np.pi])
-# Reference speeds that the drives are asked for, [m/s] and [rad/s]; see models/README.md.
-MAX_SPEED: Final = _constant([0.5, 1.5, 1.5, 2.0, 3.0, 3.0])
-# Effort limits, [N] and [N m]: enough to move as the experiments ask and to stop.
-EFFORT: Final = _constant([15e3, 8e3, 3e3, 3e3, 500.0, 100.0])
-# SCARA configuration with the tool along -y, away from every limit and singularity.
-HOME: Final = _constant([3.0, -0.5, 0.0, -0.5, 1.0, 0.0])
-
-
-def check_configuration(name: str, q: ArrayLike) -> Array:
-    """Return q as a float array (6,) within the joint ranges.
-
-    Raises:
-        ValueError: not numbers, wrong shape, not finite, or outside Table 2; names the joint and
-            its range.
-    """
-    allowed = "allowed (6,): d1 [m], theta2 .. theta6 [rad]"
-    try:
-        array = np.array(q, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name}: {q!r}, {allowed}") from None
-    if array.shape != (6,):
-        raise ValueError(f"{name}: shape {array.shape}, {allowed}")
-    for joint, unit, value, low, high in zip(
-        JOINT_NAMES, JOINT_UNITS, array, LOWER, UPPER, strict=True
-    ):
-        if not low <= value <= high:  # also refuses NaN
-            raise ValueError(
-                f"{name}: {joint} = {value:g} {unit}, allowed {low:.4g} to {high:.4g} {unit}"
-            )
-    return array
 
 
 @dataclass
@@ -135,7 +95,7 @@ def nominal_inertias() -> Array:
     add_scara(plant)
     plant.Finalize()
     context = plant.CreateDefaultContext()
-    samples = np.random.default_rng(0).uniform(LOWER, UPPER, (500, 6))
+    samples = np.random.default_rng(0).uniform(joints.LOWER, joints.UPPER, (500, 6))
     logs = np.empty_like(samples)
     for row, q in zip(logs, samples, strict=True):
         plant.SetPositions(context, q)
@@ -143,3 +103,38 @@ def nominal_inertias() -> Array:
     inertias = np.exp(logs.mean(axis=0))
     inertias.setflags(write=False)
     return inertias
+
+
+@lru_cache(maxsize=1)
+def inverse_mass_matrices() -> Array:
+    """M(q)^-1 (n, 6, 6) of the robot over a grid of postures [1/kg, 1/(kg m²)].
+
+    The grid spans joints 3 to 5: the matrix does not depend on the mast nor on joint 2, and on
+    the roll of the tool by joint 6 to less than 0.01 kg m².
+    """
+    plant = MultibodyPlant(time_step=0.0)
+    add_scara(plant)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    q = joints.HOME.copy()
+    matrices = []
+    axes = (np.linspace(joints.LOWER[i], joints.UPPER[i], 13) for i in (3, 4))
+    for q[2], q[3], q[4] in product(np.linspace(-np.pi, np.pi, 13), *axes):
+        plant.SetPositions(context, q)
+        matrices.append(plant.CalcMassMatrix(context))
+    inverses = np.linalg.inv(matrices)
+    inverses.setflags(write=False)
+    return inverses
+
+
+def chatter_number(gain: Array, period: float) -> float:
+    """T_s max over postures of lambda_max(M(q)^-1 diag(gain)); below 2 the loop does not chatter.
+
+    Args:
+        gain: effort per unit of sigma (6,) [N s/m, N m s/rad], m_hat (rho / phi + k).
+        period: T_s [s].
+    """
+    # D^1/2 M^-1 D^1/2 is symmetric and has the same eigenvalues.
+    root = np.sqrt(gain)
+    symmetric = inverse_mass_matrices() * root * root[:, None]
+    return period * float(np.linalg.eigvalsh(symmetric)[:, -1].max())

@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
-from scara_drake import robot
+from scara_drake import joints
 from scara_drake.channel.links import Channel
 from scara_drake.common import checks
 from scara_drake.common.resources import resource
@@ -102,7 +102,7 @@ class Scenario:
         checks.number("seed", self.seed, 0, 2**63 - 1)
         checks.number("time_step", self.time_step, 1e-4, 2e-3)
         if self.q0 is not None:
-            robot.check_configuration("q0", self.q0)
+            joints.check_configuration("q0", self.q0)
         for part in dataclasses.fields(self):
             value = getattr(self, part.name)
             if dataclasses.is_dataclass(value):

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 
+from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.ends import Coupling
-from scara_drake.ik.servo import limit_motion
 from scara_drake.operator.master import Master, hand_target, move_device
 
 PERIOD = 1e-3

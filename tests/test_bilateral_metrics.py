@@ -8,7 +8,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake import bilateral_metrics as bm
+from scara_drake.metrics import bilateral as bm
 from scara_drake.operator.master import Master, Sweep, hand_target, move_device
 
 PERIOD = 1e-3

@@ -2,12 +2,11 @@ import math
 
 import pytest
 
-from scara_drake import load_scenario
+from scara_drake import load_scenario, simulate
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.channel.links import Channel
 from scara_drake.channel.packets import Loss, Packets
 from scara_drake.channel.presets import PRESETS
-from scara_drake.simulation import run as simulate
 
 
 @pytest.mark.parametrize("name", PRESETS)

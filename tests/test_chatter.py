@@ -6,14 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.multibody.plant import MultibodyPlant
 
-from scara_drake import load_scenario, metrics, robot
-from scara_drake.control.chatter import (
-    chatter_number,
-    check_chatter,
-    inverse_mass_matrices,
-    smallest_layer,
-)
-from scara_drake.simulation import run as simulate
+from scara_drake import joints, load_scenario, metrics, robot, simulate
+from scara_drake.control.chatter import check_chatter, smallest_layer
+from scara_drake.robot import chatter_number, inverse_mass_matrices
 
 TS = 1e-3
 M_HAT = robot.nominal_inertias()
@@ -41,7 +36,7 @@ def test_no_posture_of_the_workspace_is_worse_than_the_grid():
     context = plant.CreateDefaultContext()
     gain = M_HAT * np.array([450.0, 200.0, 185.0, 145.0, 120.0, 120.0])
     worst = 0.0
-    for q in np.random.default_rng(1).uniform(robot.LOWER, robot.UPPER, (2000, 6)):
+    for q in np.random.default_rng(1).uniform(joints.LOWER, joints.UPPER, (2000, 6)):
         plant.SetPositions(context, q)
         matrix = np.linalg.solve(plant.CalcMassMatrix(context), np.diag(gain))
         worst = max(worst, TS * np.linalg.eigvals(matrix).real.max())

@@ -9,7 +9,7 @@ from pydrake.common.value import Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 
-from scara_drake import kinematics, load_scenario, robot
+from scara_drake import joints, kinematics, load_scenario, robot, simulate
 from scara_drake.control.contact_estimate import (
     ContactForceEstimator,
     make_model,
@@ -17,7 +17,6 @@ from scara_drake.control.contact_estimate import (
     unexplained_effort,
 )
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
-from scara_drake.simulation import run as simulate
 
 M_HAT = robot.nominal_inertias()
 
@@ -29,7 +28,7 @@ def plant():
 
 def posture(rng):
     """Within the ranges, away from the stretched arm."""
-    q = rng.uniform(robot.LOWER, robot.UPPER)
+    q = rng.uniform(joints.LOWER, joints.UPPER)
     q[4] = rng.uniform(0.4, 2.0)
     return q
 
@@ -83,7 +82,7 @@ def estimator_and_context():
     system = ContactForceEstimator()
     system.set_name("contact_estimate")
     context = system.CreateDefaultContext()
-    system.GetInputPort("state").FixValue(context, np.concatenate([robot.HOME, np.zeros(6)]))
+    system.GetInputPort("state").FixValue(context, np.concatenate([joints.HOME, np.zeros(6)]))
     for name in ("actuation_lagged", "perturbation_estimate", "velocity_estimate"):
         system.GetInputPort(name).FixValue(context, np.zeros(6))
     return system, context
@@ -105,11 +104,11 @@ def test_ports():
 def test_held_against_gravity_it_feels_nothing_and_pushed_the_push():
     system, context = estimator_and_context()
     model = plant().CreateDefaultContext()
-    plant().SetPositions(model, robot.HOME)
+    plant().SetPositions(model, joints.HOME)
     hold = -plant().CalcGravityGeneralizedForces(model)
     f_W = np.array([20.0, -30.0, 50.0])
     for push in (np.zeros(3), f_W):
-        tau = hold - kinematics.jacobian(robot.HOME)[3:].T @ push
+        tau = hold - kinematics.jacobian(joints.HOME)[3:].T @ push
         system.GetInputPort("actuation_lagged").FixValue(context, tau)
         # At rest: Psi = -tau / m_hat.
         system.GetInputPort("perturbation_estimate").FixValue(context, -tau / M_HAT)
@@ -121,7 +120,7 @@ def test_a_clone_has_a_model_of_its_own():
     system, context = estimator_and_context()
     tick(system, context)
     clone = context.Clone()
-    moved = np.concatenate([robot.HOME + 0.1, np.zeros(6)])
+    moved = np.concatenate([joints.HOME + 0.1, np.zeros(6)])
     system.GetInputPort("state").FixValue(clone, moved)
     tick(system, clone)
     before = system.get_output_port().Eval(context).copy()

@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.environment import (
     Box,
@@ -24,7 +24,7 @@ from scara_drake.environment import (
     tool_contact,
 )
 
-TOOL = kinematics.forward_kinematics(robot.HOME)[:3, 3]  # the tool looks along -y
+TOOL = kinematics.forward_kinematics(joints.HOME)[:3, 3]  # the tool looks along -y
 
 
 def surface_at(kind: type, depth: float, law: str, name: str = "a") -> Surface:
@@ -39,7 +39,7 @@ def surface_at(kind: type, depth: float, law: str, name: str = "a") -> Surface:
 class Press:
     """The robot, held at home by its controller, with its tool in the surfaces."""
 
-    def __init__(self, *surfaces: Surface, q: np.ndarray = robot.HOME):
+    def __init__(self, *surfaces: Surface, q: np.ndarray = joints.HOME):
         environment = Environment(list(surfaces))
         environment.validate("environment")
         builder = DiagramBuilder()
@@ -50,7 +50,7 @@ class Press:
         self.plant.SetDefaultPositions(q)
         self.contact = builder.AddSystem(ImpedanceContact(environment, 1e-3, self.shapes))
         control = builder.AddSystem(IntegralSlidingMode().make_system(1e-3))
-        reference = builder.AddSystem(ConstantVectorSource(np.r_[robot.HOME, np.zeros(6)]))
+        reference = builder.AddSystem(ConstantVectorSource(np.r_[joints.HOME, np.zeros(6)]))
         state = self.plant.get_state_output_port()
         builder.Connect(state, self.contact.GetInputPort("state"))
         builder.Connect(state, control.GetInputPort("state"))
@@ -127,7 +127,7 @@ def test_what_touches_with_another_link_is_no_force_on_the_tool() -> None:
     robot.add_scara(plain)
     plain.Finalize()
     probe = plain.CreateDefaultContext()
-    plain.SetPositions(probe, robot.HOME)
+    plain.SetPositions(probe, joints.HOME)
     link = plain.EvalBodyPoseInWorld(probe, plain.GetBodyByName("link_4")) @ [0.3, 0.0, 0.0]
     block = Box(centre=link.tolist(), size=[0.05, 0.05, 0.1], law="drake")
     press = Press(block)

@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scara_drake import load_scenario, robot
-from scara_drake.contact_report import yielding_joints
+from scara_drake import joints, load_scenario, simulate
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.simulation import run as simulate
+from scara_drake.metrics.contact import yielding_joints
 
 
 def recording(saturation: list[list[float]], penetration: list[list[float]]) -> xr.Dataset:
@@ -43,12 +42,12 @@ def test_a_recording_without_saturation_is_refused() -> None:
 def test_joints_yield_to_a_hard_press_where_their_robust_part_is_too_small(
     rho: float, expected: list[str]
 ) -> None:
-    tool = forward_kinematics(robot.HOME)[:3, 3]
+    tool = forward_kinematics(joints.HOME)[:3, 3]
     pressed = simulate(
         load_scenario(
             "joint_sine",
             {
-                "operator": {"_tag": "!JointMotion", "base": robot.HOME.tolist()},
+                "operator": {"_tag": "!JointMotion", "base": joints.HOME.tolist()},
                 "duration": 0.3,
                 "environment.surfaces": [{"point": (tool + np.array([0, 0.05, 0])).tolist()}],
                 "controller.rho": [500.0, *[rho] * 5],  # the mast carries the weight

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
+from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.direct import Direct, ScaledForce
 from scara_drake.coupling.ends import Coupling, admit, meter, receive
 from scara_drake.coupling.model_mediated import ModelMediated
 from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
-from scara_drake.ik.servo import limit_motion
 
 KINDS = [Direct, ScaledForce, PositionDamping, WaveVariables, Tdpa, ModelMediated]
 FIRST = np.array([0.8, -1.04, 3.0, 1.0, 0.0, 0.0, 0.0, 3.0])

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from scara_drake.channel.delays import ConstantDelay
 from scara_drake.channel.packets import Loss, Packets
-from scara_drake.experiments import couplings
-from scara_drake.experiments.result import VERDICTS, Experiment
+from scara_drake.experiments.claim import VERDICTS, Experiment
+from scara_drake.experiments.teleoperation import couplings
 
 SMALL = {
     "couplings": ("direct", "TDPA"),

@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake import load_scenario, metrics, robot
-from scara_drake.control.chatter import inverse_mass_matrices
+from scara_drake import joints, load_scenario, metrics, simulate
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode, ismc_law
-from scara_drake.simulation import run as simulate
+from scara_drake.robot import inverse_mass_matrices
 from scara_drake.stability.delay_margin import (
     arm_onset,
     crossover,
@@ -172,7 +171,7 @@ def test_the_whole_diagram_loses_stability_where_the_arm_does():
             spectral_radius(m, gains, TS, ticks * TS) for m in inverse_mass_matrices()[::40]
         )
         assert (radius > 1.0) == (ticks == 2)
-    assert changes[0] < 1.0 < 0.1 * robot.EFFORT[0] < changes[1]
+    assert changes[0] < 1.0 < 0.1 * joints.EFFORT[0] < changes[1]
 
 
 @pytest.mark.slow

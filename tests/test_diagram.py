@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from scara_drake import kinematics, load_scenario, make_diagram, systems
+from scara_drake import kinematics, load_scenario, make_diagram, simulate, systems
 from scara_drake.diagram import start_posture
 from scara_drake.scenario import scenario_names
-from scara_drake.simulation import run as simulate
 
 LOOP = ["joystick", "mapping", "uplink", "inverse_kinematics", "controller", "plant"]
 

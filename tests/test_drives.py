@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from scipy import integrate
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.plant.drives import (
     COULOMB,
     SIGMA_0,
@@ -223,7 +223,7 @@ def test_no_coulomb_is_viscous_friction_alone():
     np.testing.assert_allclose(force, -1.5)
 
 
-def arm(friction, load, duration, q=robot.HOME):
+def arm(friction, load, duration, q=joints.HOME):
     """State (n, 12) and friction (n, 6) of the arm under a constant load added to gravity's."""
     builder = DiagramBuilder()
     plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step=H))
@@ -251,7 +251,7 @@ def test_the_arm_rests_on_its_friction():
     state, force = arm(friction, load, 2.0)
     np.testing.assert_allclose(force[-1], -load, rtol=1e-2)
     np.testing.assert_allclose(
-        state[-1, :6] - robot.HOME,
+        state[-1, :6] - joints.HOME,
         0.3 * np.array(friction.presliding) * [1, -1, 1, -1, 1, -1],
         rtol=0.05,
     )

@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 from scipy import signal, stats
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.plant.encoder import Encoder, EncoderSystem, encoder_sample
 
 H = 1e-3
@@ -119,7 +119,7 @@ def falling(encoder, seed=3):
     plant = MultibodyPlant(time_step=H)
     robot.add_scara(plant)
     plant.Finalize()
-    plant.SetDefaultPositions(robot.HOME)
+    plant.SetDefaultPositions(joints.HOME)
     builder.AddNamedSystem("plant", plant)
     sensors = builder.AddNamedSystem("encoder", encoder.make_system(H, seed))
     probe = builder.AddNamedSystem("probe", Probe())

@@ -14,7 +14,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics, robot
 from scara_drake.environment import (
     Box,
     ConstantVelocity,
@@ -38,7 +38,7 @@ SMALL = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
 STATES = st.tuples(
     *[
         st.floats(float(low), float(high))
-        for low, high in zip(robot.LOWER, robot.UPPER, strict=True)
+        for low, high in zip(joints.LOWER, joints.UPPER, strict=True)
     ],
     *[st.floats(-2, 2)] * 6,
 )
@@ -183,9 +183,9 @@ def plant() -> MultibodyPlant:
 
 @pytest.fixture
 def pressed() -> tuple[ImpedanceContact, Context]:
-    system = ImpedanceContact(Environment([wall_through_tool(robot.HOME, 0.01)]))
+    system = ImpedanceContact(Environment([wall_through_tool(joints.HOME, 0.01)]))
     context = system.CreateDefaultContext()
-    system.GetInputPort("state").FixValue(context, np.r_[robot.HOME, np.zeros(6)])
+    system.GetInputPort("state").FixValue(context, np.r_[joints.HOME, np.zeros(6)])
     return system, context
 
 
@@ -212,19 +212,19 @@ def test_the_initial_output_is_the_contact_of_the_initial_state(pressed) -> None
     f, tau, penetration = outputs(system, context)
     np.testing.assert_allclose(f, [0, 100, 0], atol=1e-9)
     np.testing.assert_allclose(penetration, [0.01], atol=1e-12)
-    np.testing.assert_allclose(tau, kinematics.jacobian(robot.HOME)[3:].T @ f, atol=1e-9)
+    np.testing.assert_allclose(tau, kinematics.jacobian(joints.HOME)[3:].T @ f, atol=1e-9)
 
 
 def test_update_follows_the_input_every_millisecond(pressed) -> None:
     system, context = pressed
     simulator = Simulator(system, context)
     simulator.Initialize()
-    q = robot.HOME + np.array([0, 0.02, 0, 0, 0, 0])
+    q = joints.HOME + np.array([0, 0.02, 0, 0, 0, 0])
     system.GetInputPort("state").FixValue(context, np.r_[q, np.zeros(6)])
     simulator.AdvanceTo(0.0005)  # the update at t = 0 has run at Initialize or in this step
     simulator.AdvanceTo(0.0015)
     depth = (
-        0.01 + (kinematics.forward_kinematics(robot.HOME) - kinematics.forward_kinematics(q))[1, 3]
+        0.01 + (kinematics.forward_kinematics(joints.HOME) - kinematics.forward_kinematics(q))[1, 3]
     )
     np.testing.assert_allclose(outputs(system, context)[2], [max(depth, 0.0)], atol=1e-12)
 
@@ -245,7 +245,7 @@ def test_a_cloned_context_gives_the_same_bits_and_a_second_run_starts_clean(pres
 def test_free_space_has_an_empty_penetration_and_no_force() -> None:
     system = ImpedanceContact(Environment())
     context = system.CreateDefaultContext()
-    system.GetInputPort("state").FixValue(context, np.r_[robot.HOME, np.ones(6)])
+    system.GetInputPort("state").FixValue(context, np.r_[joints.HOME, np.ones(6)])
     Simulator(system, context).AdvanceTo(0.0015)
     f, tau, penetration = outputs(system, context)
     assert penetration.shape == (0,)
@@ -257,11 +257,11 @@ def test_free_space_has_an_empty_penetration_and_no_force() -> None:
 
 
 def test_the_force_is_that_of_the_state_from_which_the_plant_steps_next() -> None:
-    wall = wall_through_tool(robot.HOME, 0.005)
+    wall = wall_through_tool(joints.HOME, 0.005)
     diagram, plant, contact = robot_diagram(Environment([wall]))
     simulator = Simulator(diagram)
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    plant.SetPositions(context, robot.HOME)
+    plant.SetPositions(context, joints.HOME)
     simulator.AdvanceTo(0.0205)
     state = plant.get_state_output_port().Eval(context)
     assert np.linalg.norm(state[6:]) > 1e-2  # it moves, so that a tick of delay would show
@@ -278,7 +278,7 @@ def test_drakes_contact_stops_every_link_but_the_tool(link: str, expected: int) 
     robot.add_scara(plain)
     plain.Finalize()
     probe = plain.CreateDefaultContext()
-    plain.SetPositions(probe, robot.HOME)
+    plain.SetPositions(probe, joints.HOME)
     body = plain.GetBodyByName(link)
     middle = plain.EvalBodyPoseInWorld(probe, body) @ (
         [0.0, 0.0, 0.5] if link == "link_6" else [0.3, 0.0, 0.0]
@@ -288,7 +288,7 @@ def test_drakes_contact_stops_every_link_but_the_tool(link: str, expected: int) 
     diagram, plant, _ = robot_diagram(Environment([wall]))
     root = diagram.CreateDefaultContext()
     context = plant.GetMyMutableContextFromRoot(root)
-    plant.SetPositions(context, robot.HOME)
+    plant.SetPositions(context, joints.HOME)
     query = plant.get_geometry_query_input_port().Eval(context)
     pairs = query.ComputePointPairPenetration()
     assert len(pairs) == expected

@@ -5,8 +5,8 @@ import functools
 import numpy as np
 import pytest
 
-from scara_drake.experiments import perturbation_observer as study
-from scara_drake.experiments.result import NOT_COMPARABLE
+from scara_drake.experiments.claim import NOT_COMPARABLE
+from scara_drake.experiments.control import perturbation_observer as study
 
 
 @functools.cache

@@ -5,7 +5,8 @@ import pytest
 
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
-from scara_drake.experiments import NOT_COMPARABLE, windup
+from scara_drake.experiments import NOT_COMPARABLE
+from scara_drake.experiments.control import windup
 
 
 @lru_cache

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scara_drake import experiments, kinematics, robot
+from scara_drake import experiments, kinematics
 from scara_drake.experiments import (
     EXPERIMENTS,
     IN_KIND,
@@ -15,7 +15,9 @@ from scara_drake.experiments import (
     REPRODUCED,
     VERDICTS,
     Claim,
-    figure_22,
+)
+from scara_drake.experiments.claim import judge, span
+from scara_drake.experiments.inverse_kinematics import (
     figures_8_9,
     figures_10_11,
     figures_12_15,
@@ -27,7 +29,8 @@ from scara_drake.experiments import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.result import judge, span
+from scara_drake.experiments.teleoperation import figure_22
+from scara_drake.joints import JOINT_NAMES, LOWER, MAX_SPEED, UPPER
 
 TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
 SMALL = {
@@ -264,7 +267,7 @@ def test_figures_8_9_judge_what_they_are_given():
 def test_joint_paths_lie_in_the_ranges_and_turn_slowly():
     q = paths.joint_paths(3, 5)
     assert q.shape == (5, 50, 6)
-    assert np.all((q >= robot.LOWER) & (q <= robot.UPPER))
+    assert np.all((q >= LOWER) & (q <= UPPER))
     assert np.all(q[..., 0] == postures.REFERENCE_HEIGHT)
     assert np.abs(np.diff(q, axis=1)).max() < 0.2
 
@@ -359,7 +362,7 @@ def test_drift_judges_what_it_is_given():
     lost = {"path": 0, "point": slice(10, None)}
     data.rotation_error.loc[lost] = 0.8
     assert verdicts(orientation_drift.claims(data)) == [IN_KIND, IN_KIND]
-    data.q.loc[{"joint": "theta4", **lost}] = robot.UPPER[3]
+    data.q.loc[{"joint": "theta4", **lost}] = UPPER[3]
     assert "1 lose the orientation (1 where" in orientation_drift.claims(data)[1].reason
 
 
@@ -370,7 +373,7 @@ def test_the_live_motion():
     data = small("figure_22").data
     step = abs(data.q_desired.sel(joint="theta2").diff("time"))
     assert step.sel(solver="DPSO").max() > 0.5
-    assert step.sel(solver="DPSOIJ").max() <= robot.MAX_SPEED[1] * 1e-3
+    assert step.sel(solver="DPSOIJ").max() <= MAX_SPEED[1] * 1e-3
     assert verdicts(small("figure_22").claims) == [REPRODUCED] * 3
 
 
@@ -391,7 +394,7 @@ def test_many_paths():
     assert grown.sel(solver="literal DPSOIJ").median() > 0.2
     kept = (grown.sel(solver="default DPSOIJ") <= TOLERANCE[1]).mean()
     assert kept >= 0.85
-    joints = [name for name in robot.JOINT_NAMES if name != "d1"]
+    joints = [name for name in JOINT_NAMES if name != "d1"]
     assert (paths.steps(data.q.sel(solver="default DPSOIJ"), joints) <= 0.7 + 1e-9).all()
 
 

@@ -5,8 +5,8 @@ import functools
 import numpy as np
 import pytest
 
-from scara_drake.experiments import figures_16_17 as figures
-from scara_drake.experiments.result import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
+from scara_drake.experiments.claim import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
+from scara_drake.experiments.control import figures_16_17 as figures
 from scara_drake.scenario import load_scenario
 
 PLAIN, RAW, HEAVY = figures.RUNS

@@ -5,9 +5,9 @@ import functools
 import numpy as np
 import pytest
 
-from scara_drake import robot
-from scara_drake.experiments import figures_18_19 as figures
-from scara_drake.experiments.result import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
+from scara_drake import joints
+from scara_drake.experiments.claim import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
+from scara_drake.experiments.control import figures_18_19 as figures
 from scara_drake.kinematics import forward_kinematics
 
 NOMINAL, UP, DOWN, LOAD = figures.RUNS
@@ -32,7 +32,7 @@ def test_data_are_labelled():
     for variable in data.data_vars.values():
         assert {"units", "long_name"} <= set(variable.attrs)
         assert np.isfinite(variable).all()
-    assert list(data.joint.values) == list(robot.JOINT_NAMES)
+    assert list(data.joint.values) == list(joints.JOINT_NAMES)
 
 
 def test_the_references_are_the_paper_s_sines():
@@ -64,7 +64,7 @@ def test_the_arms_differ_as_their_names_say(name, mass):
 
 def test_the_load_is_off_the_tool_s_axis():
     # Turning joint 6 carries it around by its whole offset: half a turn moves it by twice that.
-    q = np.array([robot.HOME, robot.HOME])
+    q = np.array([joints.HOME, joints.HOME])
     q[1, 5] = np.pi
     X = forward_kinematics(q)
     offset = figures.RUNS[LOAD]["robot.payload_offset"]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scara_drake import robot
-from scara_drake.experiments import figure_28, figures_20_27
+from scara_drake import joints
+from scara_drake.experiments.teleoperation import figure_28, figures_20_27
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_joints_track_after_the_first_second(motion):
     data = motion.data.sel(run="normalised", time=slice(1.0, None))
     error = abs(data.q_desired - data.q_measured).max("time")
     assert (error < 1e-3).all()
-    assert list(error.joint.values) == list(robot.JOINT_NAMES)
+    assert list(error.joint.values) == list(joints.JOINT_NAMES)
 
 
 def test_the_force_felt_is_the_contact_force_one_delay_ago(haptics):

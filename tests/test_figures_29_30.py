@@ -6,15 +6,15 @@ import math
 import numpy as np
 import pytest
 
-from scara_drake import robot
-from scara_drake.experiments import figures_29_30 as figures
-from scara_drake.experiments.result import (
+from scara_drake import joints, robot
+from scara_drake.experiments.claim import (
     IN_KIND,
     NOT_COMPARABLE,
     NOT_REPRODUCED,
     REPRODUCED,
     VERDICTS,
 )
+from scara_drake.experiments.control import figures_29_30 as figures
 
 
 @functools.cache
@@ -67,7 +67,7 @@ def test_without_delay_both_track():
 
 def test_the_reduced_perturbation_uses_the_drive_up_to_the_paper_s_share():
     data = experiment().data.sel(reading="B reduced", time=slice(figures.START, None))
-    share = abs(data.tau).max("time") / robot.EFFORT[1]
+    share = abs(data.tau).max("time") / joints.EFFORT[1]
     assert ((share > 0.9) & (share < 1.0)).all()
     error = figures.largest_error(experiment().data).sel(reading="B reduced")
     assert error.sel(controller="ISMC") < 1e-3 < error.sel(controller="SMC, high gain")

@@ -5,14 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake import ik, kinematics, robot
+from scara_drake import ik, kinematics
 from scara_drake.ik import closed_form
-from scara_drake.ik.branches import mirror_kernel
-from scara_drake.ik.closed_form_arm import arm_branches_kernel, arm_solutions_kernel
-from scara_drake.ik.closed_form_mast import mast_branches_kernel
-from scara_drake.ik.refine import refine_kernel
+from scara_drake.ik.kernels.branches import mirror_kernel
+from scara_drake.ik.kernels.closed_form_arm import arm_branches_kernel, arm_solutions_kernel
+from scara_drake.ik.kernels.closed_form_mast import mast_branches_kernel
+from scara_drake.ik.kernels.refine import refine_kernel
+from scara_drake.joints import HOME, LOWER, UPPER
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+LOWER, UPPER = np.array(LOWER), np.array(UPPER)
 HALF = np.pi / 2
 # The wrist on the axis of the mast: d3 + a4 sin θ4 = 0.
 ON_AXIS = -np.arcsin(kinematics.D3 / kinematics.A4)
@@ -169,7 +170,7 @@ def test_a_pose_off_the_arms_manifold_has_no_solution_but_a_residual():
 
 
 DEGENERATE = {
-    "home": robot.HOME,
+    "home": HOME,
     "stretched": [3.0, 0.7, 0.3, HALF, 0.5, 0.2],
     "folded": [3.0, 0.7, 0.3, -HALF, 0.5, 0.2],
     "forearm vertical": [3.0, 0.7, HALF, 0.6, 0.5, 0.2],
@@ -283,7 +284,7 @@ def test_solve_all_without_a_seed_is_lexicographic():
 )
 @pytest.mark.parametrize("joints", ["arm", "full"])
 def test_out_of_reach_is_empty(p, joints):
-    q = np.array([6.0, *robot.HOME[1:]])
+    q = np.array([6.0, *HOME[1:]])
     for rpy in np.random.default_rng(11).uniform(-np.pi, np.pi, (20, 3)):
         X = np.eye(4)
         X[:3, :3], X[:3, 3] = kinematics.rotation_from_intrinsic_xyz(rpy), p
@@ -326,7 +327,7 @@ def test_the_method_takes_the_nearest_solution(joints):
 def test_without_a_seed_the_home_posture_decides():
     for q in postures(30, seed=14):
         X = kinematics.forward_kinematics(q)
-        near = robot.HOME.copy()
+        near = HOME.copy()
         near[0] = np.clip(X[2, 3], LOWER[0], UPPER[0])
         expected = ik.solve(X, "closed_form", q_seed=near).q
         assert ik.solve(X, "closed_form").q.tobytes() == expected.tobytes()
@@ -336,7 +337,7 @@ def test_without_a_seed_the_home_posture_decides():
 @pytest.mark.parametrize("joints", ["arm", "full"])
 def test_without_a_solution_the_least_error_inside_the_limits(joints):
     rng = np.random.default_rng(15)
-    q_seed = np.array([5.0, *robot.HOME[1:]])
+    q_seed = np.array([5.0, *HOME[1:]])
     poses = np.tile(np.eye(4), (100, 1, 1))
     poses[:, :3, :3] = kinematics.rotation_from_intrinsic_xyz(rng.uniform(-np.pi, np.pi, (100, 3)))
     poses[:, :3, 3] = rng.uniform([-2, -2, 1], [2, 2, 11], (100, 3))
@@ -406,7 +407,7 @@ def test_the_same_bits_every_time():
 )
 def test_bad_input_is_refused_in_one_line(call, message):
     with pytest.raises(ValueError, match=message) as error:
-        call(kinematics.forward_kinematics(robot.HOME))
+        call(kinematics.forward_kinematics(HOME))
     assert "\n" not in str(error.value)
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.ik.trigonometric import MAX_ROOTS, evaluate_kernel, roots_kernel
+from scara_drake.ik.kernels.trigonometric import MAX_ROOTS, evaluate_kernel, roots_kernel
 
 angle = st.floats(-3.0, 3.0)
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from scara_drake import ik, kinematics, robot
+from scara_drake import ik, joints, kinematics
 from scara_drake.ik.dpso import population_kernel, second_population_kernel
-from scara_drake.ik.swarm import draw_kernel, draws, swarm_kernel
+from scara_drake.ik.kernels.swarm import draw_kernel, draws, swarm_kernel
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 
 
 def targets(n, seed):
@@ -133,7 +133,7 @@ def test_a_swarm_stops_inside_the_tolerance_and_where_it_stalls():
 def test_tuned_and_polished_searches_solve_everything(method, options, least):
     solved = 0
     for k, (q, X) in enumerate(zip(*targets(60, 10), strict=True)):
-        held = np.array([q[0], *robot.HOME[1:]])
+        held = np.array([q[0], *joints.HOME[1:]])
         result = ik.solve(X, method, "arm", q_seed=held, seed=k, **options)
         solved += result.success
     assert solved >= least
@@ -143,7 +143,7 @@ def test_the_papers_one_pass_solves_about_half():
     # Its structure with assumed coefficients: 53 to 55 % were measured elsewhere.
     solved = 0
     for k, (q, X) in enumerate(zip(*targets(150, 11), strict=True)):
-        held = np.array([q[0], *robot.HOME[1:]])
+        held = np.array([q[0], *joints.HOME[1:]])
         result = ik.solve(X, "dpso", "arm", q_seed=held, seed=k, parameters="paper", polish=False)
         assert result.iterations <= 900
         solved += result.success
@@ -151,7 +151,7 @@ def test_the_papers_one_pass_solves_about_half():
 
 
 def test_budget_counts_evaluations():
-    X = kinematics.forward_kinematics(robot.HOME)
+    X = kinematics.forward_kinematics(joints.HOME)
     X[0, 3] += 10.0  # never reached
     for options in ({"polish": True}, {"polish": False}):
         small, large = (
@@ -162,7 +162,7 @@ def test_budget_counts_evaluations():
 
 
 def test_a_parameter_set_of_ones_own():
-    X = kinematics.forward_kinematics(robot.HOME)
+    X = kinematics.forward_kinematics(joints.HOME)
     own = ik.TUNED._replace(draw=ik.TUNED.draw._replace(particles=20), best=2)
     assert ik.solve(X, "dpso", parameters=own).success
 
@@ -201,7 +201,7 @@ def test_position_alone_is_solved_by_pso_1_within_the_tolerance():
     """Unpolished, the position task is the paper's live experiment: 5 mm, any orientation."""
     rng = np.random.default_rng(21)
     for k in range(30):
-        target = rng.uniform(robot.LOWER, robot.UPPER)
+        target = rng.uniform(joints.LOWER, joints.UPPER)
         X = kinematics.forward_kinematics(target)
         result = ik.solve(X, "dpso", "arm", "position", q_seed=target, seed=k, polish=False)
         distance = np.linalg.norm(kinematics.forward_kinematics(result.q)[:3, 3] - X[:3, 3])
@@ -215,7 +215,7 @@ def test_position_alone_is_solved_by_pso_1_within_the_tolerance():
 @pytest.mark.slow
 def test_the_tuned_swarms_alone_solve_twenty_thousand_poses():
     rng = np.random.default_rng(41)
-    postures = rng.uniform(robot.LOWER, robot.UPPER, (20_000, 6))
+    postures = rng.uniform(joints.LOWER, joints.UPPER, (20_000, 6))
     for k, X in enumerate(kinematics.forward_kinematics(postures)):
         result = ik.solve(X, "dpso", "arm", q_seed=postures[k], seed=k, polish=False)
         assert result.success, k

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from scara_drake import ik, kinematics, robot
+from scara_drake import ik, joints, kinematics
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 
 
 def joint_path(rng, scale, n=50):
@@ -82,7 +82,7 @@ def test_dpso_at_every_point_jumps_where_dpsoij_does_not():
 
 
 def test_a_path_gives_the_same_bits_and_numbers_its_seeds():
-    q = robot.HOME + np.linspace(0, 0.3, 10)[:, None]
+    q = joints.HOME + np.linspace(0, 0.3, 10)[:, None]
     X = kinematics.forward_kinematics(q)
     a, b = (ik.solve_path(X, "dpso", seed=4) for _ in range(2))
     assert a.q.tobytes() == b.q.tobytes()
@@ -93,7 +93,7 @@ def test_a_path_gives_the_same_bits_and_numbers_its_seeds():
 
 
 def test_a_path_of_one_point_is_a_solve():
-    X = kinematics.forward_kinematics(robot.HOME)
+    X = kinematics.forward_kinematics(joints.HOME)
     path, single = ik.solve_path([X]), ik.solve(X)
     assert path.q[0].tobytes() == single.q.tobytes()
 

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake import ik, kinematics, robot
+from scara_drake import ik, joints, kinematics
 from scara_drake.ik.inverse_jacobian import joint_rates_kernel, track_pose_kernel
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 BIG_STEP = np.full(6, 1.0)
 
 
@@ -64,7 +64,7 @@ def test_position_first_rates_hold_the_velocity_exactly():
 
 
 def test_the_masts_own_motion_is_taken_out_of_the_task():
-    q, rates = robot.HOME + np.array([1.0, 0, 0, 0, 0, 0]), np.empty(6)
+    q, rates = joints.HOME + np.array([1.0, 0, 0, 0, 0, 0]), np.empty(6)
     joint_rates_kernel(q, np.array([0, 0, 0.3]), np.zeros(3), 1, False, 0.3, LOWER, UPPER, rates)
     np.testing.assert_allclose(rates, [0.3, 0, 0, 0, 0, 0], atol=1e-12)
 
@@ -139,7 +139,7 @@ def test_tracking_reaches_a_near_pose_and_reports_its_errors(first_joint, positi
 def test_tracking_a_moving_point_keeps_the_position_and_turns_as_near_as_it_can():
     # A circle of 0.2 m at 0.3 m/s for 5 s, the arm alone, the orientation held: the position
     # stays within a micrometre, the orientation ends where a full minimisation would put it.
-    q = robot.HOME.copy()
+    q = joints.HOME.copy()
     q[0] = 5.0
     X = kinematics.forward_kinematics(q)
     centre = X[:3, 3].copy()
@@ -188,7 +188,7 @@ def test_tracking_any_target_keeps_limits_and_steps(
 
 
 def test_tracking_out_of_reach_ends_stretched_and_quiet():
-    q = robot.HOME.copy()
+    q = joints.HOME.copy()
     q[0] = 6.0
     X = np.eye(4)
     X[:3, 3] = [3.0, 1.0, 6.0]
@@ -201,7 +201,7 @@ def test_tracking_out_of_reach_ends_stretched_and_quiet():
 
 def test_a_far_target_is_reached_without_a_jump():
     X = kinematics.forward_kinematics([4.0, 0.6, 0.5, -0.9, 1.3, 0.8])
-    q = robot.HOME.copy()
+    q = joints.HOME.copy()
     for _ in range(3000):
         errors = track(q, X, 0, False, max_step=np.full(6, 2e-3))
     assert errors[0] < 1e-6
@@ -210,7 +210,7 @@ def test_a_far_target_is_reached_without_a_jump():
 
 def test_path_follows_each_point_from_the_one_before():
     s = np.linspace(0, 1, 50)[:, None]
-    q = robot.HOME + s * np.array([0.5, 0.6, -0.5, 0.4, -0.5, 0.7])
+    q = joints.HOME + s * np.array([0.5, 0.6, -0.5, 0.4, -0.5, 0.7])
     X = kinematics.forward_kinematics(q)
     path = ik.solve_path(X, method="inverse_jacobian", q_seed=q[0])
     assert path.success.all()
@@ -221,7 +221,7 @@ def test_path_follows_each_point_from_the_one_before():
 def test_path_with_the_papers_position_rows_drifts_in_the_orientation():
     # Equation (26) alone: joint 6 does not move the tool point, so it never moves.
     s = np.linspace(0, 1, 50)[:, None]
-    q = np.array([5.0, *robot.HOME[1:]]) + s * np.array([0, 0.6, -0.5, 0.4, -0.5, 0.7])
+    q = np.array([5.0, *joints.HOME[1:]]) + s * np.array([0, 0.6, -0.5, 0.4, -0.5, 0.7])
     X = kinematics.forward_kinematics(q)
     path = ik.solve_path(X, "inverse_jacobian", "arm", q_seed=q[0], rows="position")
     assert path.position_error.max() < 1e-6

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scara_drake import kinematics, robot
-from scara_drake.ik import least_squares as ls
+from scara_drake import joints, kinematics
+from scara_drake.ik.kernels import least_squares as ls
 from scara_drake.ik.result import ROTATION_LENGTH
 
 RNG = np.random.default_rng(0)
@@ -33,7 +33,7 @@ def test_eigenvalues_of_a_symmetric_matrix():
 def regular_posture(first_joint, position_first):
     """A posture whose singular values lie above every damping bound."""
     while True:
-        q = RNG.uniform(robot.LOWER, robot.UPPER)
+        q = RNG.uniform(joints.LOWER, joints.UPPER)
         J = kinematics.jacobian(q)[:, first_joint:]
         if position_first:
             Jp, Jw = J[3:], J[:3]
@@ -97,7 +97,7 @@ def test_steps_stay_bounded_at_singular_postures(position_first):
 
 
 def test_nothing_moves_where_nothing_is_free():
-    J, dq = kinematics.jacobian(robot.HOME), np.ones(6)
+    J, dq = kinematics.jacobian(joints.HOME), np.ones(6)
     ls.position_first_kernel(J, np.ones(3), np.ones(3), np.zeros(6), 0.0, 0.0, dq)
     assert np.all(dq == 0.0)
     dq = np.ones(6)
@@ -107,22 +107,22 @@ def test_nothing_moves_where_nothing_is_free():
 
 @pytest.mark.parametrize("position_first", [True, False])
 def test_a_joint_at_its_limit_is_held_and_the_others_take_over(position_first):
-    J = kinematics.jacobian(robot.HOME)
+    J = kinematics.jacobian(joints.HOME)
     free, free_dq, dq = np.empty(6), np.empty(6), np.empty(6)
     e_p, e_w = np.array([0.1, 0.2, -0.1]), np.array([0.1, -0.1, 0.2])
     wide = np.full(6, 100.0)
     ls.bounded_step_kernel(
-        J, e_p, e_w, position_first, 0.0, 0.0, robot.HOME, 0, -wide, wide, free, free_dq
+        J, e_p, e_w, position_first, 0.0, 0.0, joints.HOME, 0, -wide, wide, free, free_dq
     )
     for j in range(6):
         lower, upper = -wide, wide.copy()
         lower, upper = lower.copy(), upper.copy()
         if free_dq[j] > 0.0:
-            upper[j] = robot.HOME[j]
+            upper[j] = joints.HOME[j]
         else:
-            lower[j] = robot.HOME[j]
+            lower[j] = joints.HOME[j]
         ls.bounded_step_kernel(
-            J, e_p, e_w, position_first, 0.0, 0.0, robot.HOME, 0, lower, upper, free, dq
+            J, e_p, e_w, position_first, 0.0, 0.0, joints.HOME, 0, lower, upper, free, dq
         )
         assert dq[j] == 0.0
         assert free[j] == 0.0

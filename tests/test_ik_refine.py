@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from scara_drake import kinematics, robot
-from scara_drake.ik.refine import (
+from scara_drake import joints, kinematics
+from scara_drake.ik.kernels.refine import (
     error_kernel,
     keep_limits_kernel,
     nearest_turns_kernel,
     refine_kernel,
 )
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 NONE = np.empty((0, 2))
 
 

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from scara_drake import ik, kinematics, robot
+from scara_drake import ik, joints, kinematics
 from scara_drake.ik.robust import robust_kernel, settle_kernel
 
-LOWER, UPPER = np.array(robot.LOWER), np.array(robot.UPPER)
+LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 
 
 def failures(n, first_joint, disturbed, seed):
@@ -24,7 +24,7 @@ def failures(n, first_joint, disturbed, seed):
         targets[:, :3, 3] += shift
         targets[:, :3, :3] = Rotation.from_rotvec(turn).as_matrix() @ targets[:, :3, :3]
     answers = np.empty((n, 6))
-    near = np.array(robot.HOME)
+    near = np.array(joints.HOME)
     for k, X in enumerate(targets):
         near[0] = postures[k, 0]
         p, R = X[:3, 3].copy(), X[:3, :3].copy()

@@ -6,14 +6,13 @@ from leaf import outputs, ports, tick
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
-from scara_drake import load_scenario, robot
+from scara_drake import joints, load_scenario, robot, simulate
 from scara_drake.control.integral_sliding_mode import (
     IntegralSlidingMode,
     IntegralSlidingModeController,
     ismc_law,
     sliding_surface,
 )
-from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 ONES = np.ones(6)
@@ -150,7 +149,7 @@ def controller_and_context():
     controller = IntegralSlidingModeController(IntegralSlidingMode())
     context = controller.CreateDefaultContext()
     rng = np.random.default_rng(1)
-    state = np.concatenate([robot.HOME, np.zeros(6)])
+    state = np.concatenate([joints.HOME, np.zeros(6)])
     controller.GetInputPort("state").FixValue(context, state)
     offset = rng.normal(0, 1e-3, 12)
     controller.GetInputPort("state_desired").FixValue(context, state + offset)
@@ -227,11 +226,11 @@ def test_acceleration_feedforward_adds_the_inertia_times_the_acceleration():
     controller = IntegralSlidingModeController(IntegralSlidingMode(acceleration_feedforward=True))
     context = controller.CreateDefaultContext()
     a, v = np.array([0.3, -1.0, 2.0, 0.5, -4.0, 1.0]), np.full(6, 0.2)
-    before = np.concatenate([robot.HOME, v])
+    before = np.concatenate([joints.HOME, v])
     controller.GetInputPort("state").FixValue(context, before)
     controller.GetInputPort("state_desired").FixValue(context, before)
     controller.ExecuteInitializationEvents(context)
-    after = np.concatenate([robot.HOME + TS * v, v + TS * a])
+    after = np.concatenate([joints.HOME + TS * v, v + TS * a])
     controller.GetInputPort("state_desired").FixValue(context, after)
     controller.GetInputPort("state").FixValue(
         context, np.concatenate([after[:6] + TS * after[6:], after[6:]])

@@ -6,7 +6,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from scara_drake.operator.trace import STICK_NAMES, JoystickSource
+from scara_drake.operator.joystick import JoystickSource
+from scara_drake.operator.trace import STICK_NAMES
 
 
 class FakeDevice:

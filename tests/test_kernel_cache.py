@@ -13,7 +13,7 @@ OUTER = (
 )
 OTHER = "from numba import njit\n\n@njit(cache=True)\ndef other():\n    return 7\n"
 RUN = (
-    "from pathlib import Path\nfrom scara_drake.kernel_cache import remove_stale_kernels\n"
+    "from pathlib import Path\nfrom scara_drake.common.kernel_cache import remove_stale_kernels\n"
     "{call}\nimport kernels.outer, kernels.other\n"
     "print(kernels.outer.outer(), kernels.other.other(),"
     " sum(kernels.other.other.stats.cache_hits.values()))"

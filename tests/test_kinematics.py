@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pydrake.common.eigen_geometry import AngleAxis, Quaternion
 from pydrake.math import RollPitchYaw, RotationMatrix
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics
 
 angle = st.floats(-np.pi, np.pi)
 small = st.floats(-1.0, 1.0)
@@ -45,7 +45,7 @@ def product(q):
 
 
 def postures(n, seed=0):
-    return np.random.default_rng(seed).uniform(robot.LOWER, robot.UPPER, (n, 6))
+    return np.random.default_rng(seed).uniform(joints.LOWER, joints.UPPER, (n, 6))
 
 
 def test_forward_kinematics_is_the_product_of_table_1():

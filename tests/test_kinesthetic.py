@@ -4,9 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import ports, tick
 
-from scara_drake import load_scenario
+from scara_drake import load_scenario, simulate
 from scara_drake.operator.kinesthetic import KinestheticMapping, KinestheticOutput, step_kinesthetic
-from scara_drake.simulation import run as simulate
 
 forces = st.lists(st.floats(-1e4, 1e4), min_size=3, max_size=3).map(np.array)
 

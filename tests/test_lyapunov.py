@@ -5,8 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from scara_drake import load_scenario, robot
-from scara_drake.simulation import run as simulate
+from scara_drake import joints, load_scenario, robot, simulate
 from scara_drake.stability.delay_margin import mass_ratios
 from scara_drake.stability.evidence import pushed_scenario
 from scara_drake.stability.lyapunov import lyapunov, perturbation
@@ -115,5 +114,5 @@ def test_a_wrong_mass_ratio_is_refused():
 def test_the_push_is_beyond_rho_and_rho_within_the_drives():
     scenario, _ = run("pushed")
     rho, push = np.array(scenario.controller.rho), np.array(scenario.perturbation.offset)
-    assert (robot.nominal_inertias() * rho < robot.EFFORT).all()
+    assert (robot.nominal_inertias() * rho < joints.EFFORT).all()
     assert (push > rho).all()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
 
-from scara_drake import load_recording, robot
+from scara_drake import joints, load_recording
 from scara_drake.__main__ import main
 from scara_drake.scenario import scenario_names
 
@@ -150,9 +150,9 @@ def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
     status, out, _ = run_line(capsys, "show", "--once")
     assert status == 0
     assert meshcat.web_url() in out
-    assert set(robot.JOINT_NAMES) <= set(meshcat.GetSliderNames())
+    assert set(joints.JOINT_NAMES) <= set(meshcat.GetSliderNames())
     np.testing.assert_allclose(
-        [meshcat.GetSliderValue(name) for name in robot.JOINT_NAMES], robot.HOME, atol=0.01
+        [meshcat.GetSliderValue(name) for name in joints.JOINT_NAMES], joints.HOME, atol=0.01
     )
     assert meshcat.HasPath("/drake/illustration/scara6/link_4")
 

@@ -14,6 +14,7 @@ from pydrake.math import RotationMatrix
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
+from scara_drake.joints import HOME
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.mapping import (
     JoystickMapping,
@@ -22,7 +23,6 @@ from scara_drake.operator.mapping import (
     move_command,
     remove_dead_zone,
 )
-from scara_drake.robot import HOME
 
 AXES = arrays(float, 5, elements=st.floats(-1, 1))
 

@@ -11,7 +11,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint
 from pydrake.systems.framework import DiagramBuilder
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics, robot
 from scara_drake.common.resources import resource
 
 # Tables 1 to 3 of the paper: d [m] (None: the mast's joint), a [m], alpha, mass [kg].
@@ -71,7 +71,7 @@ def urdf() -> ET.Element:
 
 
 def configurations(count: int, seed: int = 1) -> np.ndarray:
-    return np.random.default_rng(seed).uniform(robot.LOWER, robot.UPPER, (count, 6))
+    return np.random.default_rng(seed).uniform(joints.LOWER, joints.UPPER, (count, 6))
 
 
 def dh_poses(q: np.ndarray) -> list[np.ndarray]:
@@ -115,15 +115,15 @@ def test_it_has_exactly_the_six_joints_of_the_paper(plant):
     assert plant.num_positions() == plant.num_velocities() == plant.num_actuated_dofs() == 6
     assert plant.num_actuators() == 6
     for i, (name, lower, upper) in enumerate(
-        zip(robot.JOINT_NAMES, robot.LOWER, robot.UPPER, strict=True)
+        zip(joints.JOINT_NAMES, joints.LOWER, joints.UPPER, strict=True)
     ):
         joint = plant.GetJointByName(name)
         assert isinstance(joint, PrismaticJoint if i == 0 else RevoluteJoint)
         assert joint.position_start() == joint.velocity_start() == i
         assert joint.position_lower_limits()[0] == lower
         assert joint.position_upper_limits()[0] == upper
-        assert joint.velocity_upper_limits()[0] == robot.MAX_SPEED[i]
-        assert joint.velocity_lower_limits()[0] == -robot.MAX_SPEED[i]
+        assert joint.velocity_upper_limits()[0] == joints.MAX_SPEED[i]
+        assert joint.velocity_lower_limits()[0] == -joints.MAX_SPEED[i]
         assert joint.child_body().name() == f"link_{i + 1}"
 
 
@@ -140,22 +140,22 @@ def test_the_ranges_are_those_of_table_2(urdf):
 
 
 def test_the_drives_have_the_stated_limits_and_reflected_inertias(plant, context):
-    plant.SetPositions(context, robot.HOME)
-    for i, name in enumerate(robot.JOINT_NAMES):
+    plant.SetPositions(context, joints.HOME)
+    for i, name in enumerate(joints.JOINT_NAMES):
         actuator = plant.GetJointActuatorByName(name)
         assert actuator.joint().name() == name
         assert actuator.input_start() == i
-        assert actuator.effort_limit() == robot.EFFORT[i]
+        assert actuator.effort_limit() == joints.EFFORT[i]
         reflected = actuator.calc_reflected_inertia(context)
         assert reflected == pytest.approx(REFLECTED_INERTIAS[i], abs=1e-9)
 
 
 def test_friction_is_light(plant):
     damping = np.array(
-        [plant.GetJointByName(name).default_damping_vector()[0] for name in robot.JOINT_NAMES]
+        [plant.GetJointByName(name).default_damping_vector()[0] for name in joints.JOINT_NAMES]
     )
     assert np.all(damping > 0)
-    assert np.all(damping * robot.MAX_SPEED < 0.005 * robot.EFFORT)
+    assert np.all(damping * joints.MAX_SPEED < 0.005 * joints.EFFORT)
 
 
 def test_masses_are_those_of_table_3(plant, context):
@@ -169,7 +169,7 @@ def test_the_mast_carries_the_weight_of_the_machine(plant, context):
     np.testing.assert_allclose(plant.gravity_field().gravity_vector(), [0, 0, -G])
     for q in configurations(20):
         assert gravity(plant, context, q)[0] == pytest.approx(-735.5 * G, abs=1e-6)
-    assert abs(gravity(plant, context, robot.HOME)[0] + 7215) < 0.5
+    assert abs(gravity(plant, context, joints.HOME)[0] + 7215) < 0.5
 
 
 @pytest.mark.parametrize("link", LINKS)
@@ -240,7 +240,7 @@ def test_drives_hold_the_arm_anywhere_with_margin(plant, context):
     np.testing.assert_allclose(abs(gravity(plant, context, straight)[2]), elbow, rtol=1e-9)
     upright = [3.0, 0.0, np.pi / 2, -np.pi / 2, np.pi / 2, 0.0]  # joint 4's axis level
     np.testing.assert_allclose(abs(gravity(plant, context, upright)[[3, 4]]), [elbow, wrist])
-    assert np.all(1.8 * worst <= robot.EFFORT)
+    assert np.all(1.8 * worst <= joints.EFFORT)
 
 
 def test_the_scara_configuration_loads_only_joints_1_and_3(plant, context):
@@ -289,13 +289,13 @@ def test_the_links_never_touch_one_another():
     ids=["forearm", "tool"],
 )
 def test_a_foreign_body_on_the_arm_is_felt(frame, point, struck):
-    X_WF = dh_poses(robot.HOME)[frame]
+    X_WF = dh_poses(joints.HOME)[frame]
     plant, scene_graph, context = scene(X_WF[:3, :3] @ point + X_WF[:3, 3])
-    (pair,) = contacts(plant, scene_graph, context, robot.HOME)
+    (pair,) = contacts(plant, scene_graph, context, joints.HOME)
     inspector = scene_graph.model_inspector()
     assert struck in {inspector.GetName(g).split("::")[-1] for g in (pair.id_A, pair.id_B)}
     assert pair.depth > 0.01
-    higher = robot.HOME + np.array([1.0, 0, 0, 0, 0, 0])
+    higher = joints.HOME + np.array([1.0, 0, 0, 0, 0, 0])
     assert contacts(plant, scene_graph, context, higher) == []
 
 
@@ -336,7 +336,7 @@ def test_the_mast_reaches_its_housing_at_the_lowest_height(urdf):
     for (top, _), (_, bottom) in pairwise(tubes):
         assert bottom < top  # no gap between two sections
     assert all(bottom > 0 for _, bottom in tubes)
-    assert robot.LOWER[0] + tubes[-1][0] > top_and_bottom("base", "mast_guide")[1]
+    assert joints.LOWER[0] + tubes[-1][0] > top_and_bottom("base", "mast_guide")[1]
 
 
 def test_the_gantry_stands_outside_the_reach(urdf):

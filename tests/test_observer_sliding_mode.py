@@ -4,11 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
-from scara_drake import load_scenario, metrics, robot
-from scara_drake.control.chatter import chatter_number, inverse_mass_matrices
+from scara_drake import joints, load_scenario, metrics, robot, simulate
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode, observer_law
 from scara_drake.control.perturbation_observer import observer_gains
-from scara_drake.simulation import run as simulate
+from scara_drake.robot import chatter_number, inverse_mass_matrices
 
 TS = 1e-3
 M_HAT = robot.nominal_inertias()
@@ -18,7 +17,7 @@ def controller_and_context(velocity=0.0, **gains):
     controller = ObserverSlidingMode(**gains).make_system(TS)
     controller.set_name("controller")
     context = controller.CreateDefaultContext()
-    state = np.concatenate([robot.HOME, np.full(6, velocity)])
+    state = np.concatenate([joints.HOME, np.full(6, velocity)])
     controller.GetInputPort("state").FixValue(context, state)
     offset = np.random.default_rng(1).normal(0, 1e-3, 12)
     offset[6:] = 0.0
@@ -61,7 +60,7 @@ def drive(controller, context, velocities):
     controller.ExecuteInitializationEvents(context)
     seen = []
     for k, velocity in enumerate(velocities):
-        q = robot.HOME + 1e-3 * np.sin(0.1 * k)
+        q = joints.HOME + 1e-3 * np.sin(0.1 * k)
         controller.GetInputPort("state").FixValue(context, np.concatenate([q, velocity]))
         tick(controller, context)
         seen.append(outputs(controller, context))
@@ -205,7 +204,7 @@ def test_drives_take_over_an_arm_that_moves():
     controller.ExecuteInitializationEvents(context)
     velocity = np.array([-0.5, 0.1, -0.1, 0.2, 0.3, -0.4])
     for k in range(1, 300):
-        state = np.concatenate([robot.HOME + k * TS * velocity, np.zeros(6)])
+        state = np.concatenate([joints.HOME + k * TS * velocity, np.zeros(6)])
         desired = np.concatenate([state[:6] - TS * velocity, velocity])
         controller.GetInputPort("state").FixValue(context, state)
         controller.GetInputPort("state_desired").FixValue(context, desired)

@@ -4,13 +4,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
-from scara_drake import load_scenario, robot
+from scara_drake import load_scenario, robot, simulate
 from scara_drake.control.integral_sliding_mode import (
     IntegralSlidingMode,
     IntegralSlidingModeController,
 )
 from scara_drake.control.pid import Pid, PidController, pid_law, pid_start
-from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 GAINS = ("kp", "ki", "kd")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.control.process_delay import (
     CONTROL_DELAY_READINGS,
@@ -42,13 +42,13 @@ def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_po
         np.testing.assert_allclose(ms, wanted, atol=1e-9)
 
 
-@pytest.mark.parametrize("joint", [None, *robot.JOINT_NAMES])
+@pytest.mark.parametrize("joint", [None, *joints.JOINT_NAMES])
 def test_reading_b_adds_zeta_and_d_to_u(joint):
     perturbation = parts(perturbation_reading(joint)).perturbation
     perturbation.validate("perturbation")
     system = perturbation.make_system()
     context = system.CreateDefaultContext()
-    on = np.array([joint in (None, name) for name in robot.JOINT_NAMES])
+    on = np.array([joint in (None, name) for name in joints.JOINT_NAMES])
     peak = 0.0
     for t in np.linspace(0.0, 6.3, 64):
         context.SetTime(t)

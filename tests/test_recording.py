@@ -7,11 +7,16 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from scara_drake import load_recording, load_scenario, make_diagram, save_recording
+from scara_drake import (
+    load_recording,
+    load_scenario,
+    make_diagram,
+    recording,
+    save_recording,
+    simulate,
+)
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.recordings import recorder as recording
 from scara_drake.recordings.recorder import SIGNALS
-from scara_drake.simulation import run as simulate
 
 
 @pytest.fixture(scope="module")

@@ -23,20 +23,20 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake import environment as surroundings
-from scara_drake import load_scenario, robot, save_recording
+from scara_drake import load_scenario, robot, save_recording, simulate
 from scara_drake.common.resources import resource
 from scara_drake.environment import Environment, Wall
+from scara_drake.joints import HOME, JOINT_NAMES, LOWER, UPPER
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.replay import player as replay
 from scara_drake.scenario import dump_scenario
-from scara_drake.simulation import run as simulate
 
 URDF = ET.parse(resource("models", "scara6.urdf")).getroot()
 FORCE = np.array([0.0, 120.0, 160.0])  # 200 N
 
 
 def poses(q: Any) -> dict[str, np.ndarray]:
-    return replay.link_poses(URDF, dict(zip(robot.JOINT_NAMES, np.moveaxis(q, -1, 0), strict=True)))
+    return replay.link_poses(URDF, dict(zip(JOINT_NAMES, np.moveaxis(q, -1, 0), strict=True)))
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def dataset() -> xr.Dataset:
     """A second at 1 kHz: the joints move, the force comes at half time, the target is late."""
     recording = simulate(load_scenario("teleoperation", {"duration": 1.0}))
     along = np.linspace(0.0, 1.0, recording.time.size)[:, None]
-    moved = robot.HOME + along * np.array([0.3, -0.4, 0.3, 0.5, -0.6, 0.7])
+    moved = HOME + along * np.array([0.3, -0.4, 0.3, 0.5, -0.6, 0.7])
     recording["q_measured"] = (("time", "joint"), moved)
     recording["f_env_on_tool_W"] = (("time", "axis"), np.where(along > 0.5, FORCE, 0.0))
     desired = np.where(along < 0.2, np.nan, np.array([0.8, -0.7, 3.0]) + along)
@@ -82,7 +82,7 @@ def drawn(file: Path, step: float) -> tuple[Window, dict[str, np.ndarray]]:
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
 def test_the_tool_is_where_the_kinematics_have_it(seed: int) -> None:
-    q = np.random.default_rng(seed).uniform(robot.LOWER, robot.UPPER, (4, 6))
+    q = np.random.default_rng(seed).uniform(LOWER, UPPER, (4, 6))
     np.testing.assert_allclose(poses(q)["tool"], forward_kinematics(q), rtol=0, atol=1e-12)
 
 
@@ -99,8 +99,8 @@ def test_every_link_is_where_drake_has_it(drake: Any) -> None:
     plant, _ = drake
     context = plant.CreateDefaultContext()
     rng = np.random.default_rng(1)
-    assert len(poses(robot.HOME)) == plant.num_bodies() - 1  # without the world
-    for q in rng.uniform(robot.LOWER, robot.UPPER, (20, 6)):
+    assert len(poses(HOME)) == plant.num_bodies() - 1  # without the world
+    for q in rng.uniform(LOWER, UPPER, (20, 6)):
         plant.SetPositions(context, q)
         for link, X_WL in poses(q).items():
             expected = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(link))

@@ -11,9 +11,9 @@ from pydrake.geometry import Role
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics, robot
 
-CONSTANTS = [robot.LOWER, robot.UPPER, robot.MAX_SPEED, robot.EFFORT, robot.HOME]
+CONSTANTS = [joints.LOWER, joints.UPPER, joints.MAX_SPEED, joints.EFFORT, joints.HOME]
 
 
 @pytest.mark.parametrize("constant", CONSTANTS)
@@ -24,27 +24,27 @@ def test_constants_cannot_be_changed(constant):
 
 
 def test_home_is_away_from_limits_and_singularities():
-    assert np.all(robot.HOME > robot.LOWER)
-    assert np.all(robot.HOME < robot.UPPER)
+    assert np.all(joints.HOME > joints.LOWER)
+    assert np.all(joints.HOME < joints.UPPER)
     angles = slice(1, 6)
-    margin = np.minimum(robot.HOME - robot.LOWER, robot.UPPER - robot.HOME)
+    margin = np.minimum(joints.HOME - joints.LOWER, joints.UPPER - joints.HOME)
     assert np.all(margin[angles] > 0.5)
-    singular_values = np.linalg.svd(kinematics.jacobian(robot.HOME), compute_uv=False)
+    singular_values = np.linalg.svd(kinematics.jacobian(joints.HOME), compute_uv=False)
     assert singular_values[-1] > 0.05
 
 
 def test_home_holds_the_tool_along_minus_y():
-    X = kinematics.forward_kinematics(robot.HOME)
+    X = kinematics.forward_kinematics(joints.HOME)
     np.testing.assert_allclose(X[:3, 2], [0, -1, 0], atol=1e-15)
 
 
 def test_a_configuration_within_the_ranges_is_returned_as_a_copy():
-    q = robot.check_configuration("q0", list(robot.HOME))
-    np.testing.assert_array_equal(q, robot.HOME)
+    q = joints.check_configuration("q0", list(joints.HOME))
+    np.testing.assert_array_equal(q, joints.HOME)
     q[0] = 4.0
-    assert robot.HOME[0] == 3.0
-    for bound in (robot.LOWER, robot.UPPER):
-        np.testing.assert_array_equal(robot.check_configuration("q0", bound), bound)
+    assert joints.HOME[0] == 3.0
+    for bound in (joints.LOWER, joints.UPPER):
+        np.testing.assert_array_equal(joints.check_configuration("q0", bound), bound)
 
 
 @given(
@@ -53,27 +53,27 @@ def test_a_configuration_within_the_ranges_is_returned_as_a_copy():
     upper=st.booleans(),
 )
 def test_a_joint_out_of_range_is_named_with_its_range(joint, beyond, upper):
-    q = robot.HOME.copy()
-    q[joint] = robot.UPPER[joint] + beyond if upper else robot.LOWER[joint] - beyond
+    q = joints.HOME.copy()
+    q[joint] = joints.UPPER[joint] + beyond if upper else joints.LOWER[joint] - beyond
     with pytest.raises(ValueError, match="start: ") as error:
-        robot.check_configuration("start", q)
+        joints.check_configuration("start", q)
     message = str(error.value)
-    assert message.startswith(f"start: {robot.JOINT_NAMES[joint]} = ")
-    allowed = f"allowed {robot.LOWER[joint]:.4g} to {robot.UPPER[joint]:.4g}"
-    assert message.endswith(f"{allowed} {robot.JOINT_UNITS[joint]}")
+    assert message.startswith(f"start: {joints.JOINT_NAMES[joint]} = ")
+    allowed = f"allowed {joints.LOWER[joint]:.4g} to {joints.UPPER[joint]:.4g}"
+    assert message.endswith(f"{allowed} {joints.JOINT_UNITS[joint]}")
     assert "\n" not in message
 
 
 @pytest.mark.parametrize("q", [[], 3.0, [3.0] * 5, [[3.0] * 6], [0.0] * 7])
 def test_a_wrong_shape_is_refused(q):
     with pytest.raises(ValueError, match=r"^q0: shape .*, allowed \(6,\)"):
-        robot.check_configuration("q0", q)
+        joints.check_configuration("q0", q)
 
 
 @pytest.mark.parametrize("q", [["a"] * 6, [3.0, [1.0], 0, 0, 0, 0], {"d1": 3.0}])
 def test_what_is_not_numbers_is_refused(q):
     with pytest.raises(ValueError, match=r"^q0: .*, allowed \(6,\)"):
-        robot.check_configuration("q0", q)
+        joints.check_configuration("q0", q)
 
 
 def test_add_scara_returns_the_instance_of_six_joints():
@@ -82,7 +82,7 @@ def test_add_scara_returns_the_instance_of_six_joints():
     plant.Finalize()
     assert plant.num_positions(instance) == plant.num_actuated_dofs(instance) == 6
     names = plant.GetPositionNames(instance, add_model_instance_prefix=False)
-    assert [n.rsplit("_", 1)[0] for n in names] == list(robot.JOINT_NAMES)
+    assert [n.rsplit("_", 1)[0] for n in names] == list(joints.JOINT_NAMES)
     assert plant.HasFrameNamed(robot.TOOL_FRAME, instance)
 
 
@@ -92,7 +92,7 @@ def test_nominal_inertias_are_the_mean_over_the_workspace():
     plant.Finalize()
     context = plant.CreateDefaultContext()
     diagonals = []
-    for q in np.random.default_rng(2024).uniform(robot.LOWER, robot.UPPER, (2000, 6)):
+    for q in np.random.default_rng(2024).uniform(joints.LOWER, joints.UPPER, (2000, 6)):
         plant.SetPositions(context, q)
         diagonals.append(np.diag(plant.CalcMassMatrix(context)))
     geometric_mean = np.prod(np.array(diagonals) ** (1 / len(diagonals)), axis=0)
@@ -122,7 +122,7 @@ def plant_of(model=None):
 
 
 def postures(count, seed=5):
-    return np.random.default_rng(seed).uniform(robot.LOWER, robot.UPPER, (count, 6))
+    return np.random.default_rng(seed).uniform(joints.LOWER, joints.UPPER, (count, 6))
 
 
 def gravity(plant, context, q):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scara_drake import load_scenario, metrics
-from scara_drake.simulation import run as simulate
+from scara_drake import load_scenario, metrics, simulate
 from scara_drake.stability import robustness
 from scara_drake.stability.robustness import CONTROLLERS, SETTLE, VARIATIONS, robustness_map
 

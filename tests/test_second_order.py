@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.experiments.second_order import ismc_gains, respond, smc_gains
+from scara_drake.experiments.control.second_order import ismc_gains, respond, smc_gains
 
 FINE = 1e-5  # [s], period where a law in continuous time is the answer
 

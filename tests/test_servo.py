@@ -3,16 +3,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics
 from scara_drake.ik import servo
 from scara_drake.ik.system import InverseKinematics, limiter_at
 
 DT = 1e-3
 SETTINGS = InverseKinematics().settings(DT)
-LIMITS = np.array([robot.LOWER, robot.UPPER, robot.MAX_SPEED])
+LIMITS = np.array([joints.LOWER, joints.UPPER, joints.MAX_SPEED])
 
 
-def follow(commands, q0=robot.HOME, mast_follows=True, position_first=True):
+def follow(commands, q0=joints.HOME, mast_follows=True, position_first=True):
     """Run the servo over commands (n, 8); return references (n, 12), statuses and limiters."""
     limiter, desired = limiter_at(q0), np.concatenate([q0, np.zeros(6)])
     references, statuses, limiters = [], [], []
@@ -67,7 +67,7 @@ def test_unbounded_limiter_is_the_critically_damped_follower():
 
 def test_velocity_references_are_the_derivative_of_the_position_references():
     t = np.arange(3000) * DT
-    commands = np.tile(command_at(robot.HOME), (3000, 1))
+    commands = np.tile(command_at(joints.HOME), (3000, 1))
     commands[:, 0] += 0.2 * np.sin(2.0 * t)
     commands[:, 2] += 0.15 * np.sin(3.0 * t)
     references, statuses, _ = follow(commands)
@@ -78,7 +78,7 @@ def test_velocity_references_are_the_derivative_of_the_position_references():
 
 def test_the_tool_point_is_followed_exactly():
     t = np.arange(4000) * DT
-    commands = np.tile(command_at(robot.HOME), (4000, 1))
+    commands = np.tile(command_at(joints.HOME), (4000, 1))
     commands[:, 0] += 0.3 * np.sin(1.5 * t)
     commands[:, 1] += 0.2 * np.sin(2.1 * t)
     commands[:, 7] += 0.2 * np.sin(t)
@@ -91,7 +91,7 @@ def test_the_tool_point_is_followed_exactly():
 
 
 def test_full_pose_is_followed_with_the_mast_taking_part():
-    q_target = robot.HOME + np.array([0.3, 0.2, 0.25, 0.2, -0.2, 0.4])
+    q_target = joints.HOME + np.array([0.3, 0.2, 0.25, 0.2, -0.2, 0.4])
     references, statuses, _ = follow(
         np.tile(command_at(q_target), (4000, 1)), mast_follows=False, position_first=False
     )
@@ -104,11 +104,11 @@ def test_full_pose_is_followed_with_the_mast_taking_part():
 
 @pytest.mark.parametrize("direction", [(1.0, 0, 0), (0, -1.0, 0), (0, 0, 1.0), (-0.6, 0.6, -0.6)])
 def test_a_target_out_of_reach_is_drawn_back_smoothly(direction):
-    commands = np.tile(command_at(robot.HOME, 3.0 * np.array(direction)), (8000, 1))
+    commands = np.tile(command_at(joints.HOME, 3.0 * np.array(direction)), (8000, 1))
     references, statuses, _ = follow(commands)
     assert set(statuses) <= {servo.REACH_LIMITED, servo.HOLDING}
     # At most the acceleration that the limiter allows, mapped through the arm; no jump at the edge.
-    assert (np.abs(references[:, 6:]) <= robot.MAX_SPEED + 1e-12).all()
+    assert (np.abs(references[:, 6:]) <= joints.MAX_SPEED + 1e-12).all()
     arm = kinematics.forward_kinematics(references[-1, :6])[:3, 3] - [0, 0, references[-1, 0]]
     beyond = np.hypot(np.hypot(arm[0], arm[1]) - 0.75, arm[2])
     assert beyond <= servo.REACH_LIMIT + 5e-3
@@ -134,7 +134,7 @@ def test_points_are_drawn_to_the_edge_of_the_reach_and_no_further(seed, distance
 
 
 def test_every_posture_is_within_the_reach():
-    q = np.random.default_rng(0).uniform(robot.LOWER, robot.UPPER, (20000, 6))
+    q = np.random.default_rng(0).uniform(joints.LOWER, joints.UPPER, (20000, 6))
     p = kinematics.forward_kinematics(q)[:, :3, 3] - np.array([[0, 0, 1]]) * q[:, :1]
     beyond = np.hypot(np.hypot(p[:, 0], p[:, 1]) - 0.75, p[:, 2])
     assert beyond.max() <= 1.55 + 1e-12
@@ -142,8 +142,8 @@ def test_every_posture_is_within_the_reach():
 
 
 def test_a_held_target_can_be_left_again():
-    away = np.tile(command_at(robot.HOME, (0.0, 4.0, 0.0)), (6000, 1))
-    back = np.tile(command_at(robot.HOME), (6000, 1))
+    away = np.tile(command_at(joints.HOME, (0.0, 4.0, 0.0)), (6000, 1))
+    back = np.tile(command_at(joints.HOME), (6000, 1))
     references, statuses, _ = follow(np.concatenate([away, back]))
     tool = kinematics.forward_kinematics(references[-1, :6])[:3, 3]
     assert statuses[-1] == servo.TRACKING
@@ -155,13 +155,13 @@ def test_a_held_target_can_be_left_again():
 def test_whatever_is_commanded_the_references_keep_every_limit(seed):
     rng = np.random.default_rng(seed)
     commands = np.repeat(
-        command_at(robot.HOME) + rng.normal(0, 1.0, (8, 8)) * [1, 1, 1, 1, 1, 1, 1, 2], 400, axis=0
+        command_at(joints.HOME) + rng.normal(0, 1.0, (8, 8)) * [1, 1, 1, 1, 1, 1, 1, 2], 400, axis=0
     )
     references, _, _ = follow(commands)
     q, v = references[:, :6], references[:, 6:]
     assert np.isfinite(references).all()
-    assert (q >= robot.LOWER).all()
-    assert (q <= robot.UPPER).all()
-    assert (np.abs(v) <= robot.MAX_SPEED * (1 + 1e-12)).all()
-    steps = np.abs(np.diff(np.vstack([robot.HOME, q]), axis=0))
-    assert (steps <= robot.MAX_SPEED * DT * (1 + 1e-9)).all()
+    assert (q >= joints.LOWER).all()
+    assert (q <= joints.UPPER).all()
+    assert (np.abs(v) <= joints.MAX_SPEED * (1 + 1e-12)).all()
+    steps = np.abs(np.diff(np.vstack([joints.HOME, q]), axis=0))
+    assert (steps <= joints.MAX_SPEED * DT * (1 + 1e-9)).all()

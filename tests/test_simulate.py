@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
 
-from scara_drake import load_recording, load_scenario, metrics, robot
+from scara_drake import joints, load_recording, load_scenario, metrics, simulate
 from scara_drake.recordings.journal import Journal
-from scara_drake.simulation import run as simulate
 from scara_drake.simulation.run import run
 
 FINGERPRINT = """
@@ -105,21 +104,21 @@ def test_the_force_comes_back_after_the_delay(pressing):
 def test_the_tool_follows_its_reference(pressing):
     settled = pressing.sel(time=slice(1.0, None))
     assert metrics.peak(metrics.tool_error(settled)) < 2e-3
-    assert (pressing.q_desired >= robot.LOWER).all()
-    assert (pressing.q_desired <= robot.UPPER).all()
-    assert (np.abs(pressing.tau_applied) <= robot.EFFORT).all()
+    assert (pressing.q_desired >= joints.LOWER).all()
+    assert (pressing.q_desired <= joints.UPPER).all()
+    assert (np.abs(pressing.tau_applied) <= joints.EFFORT).all()
 
 
 def test_the_run_starts_at_the_answer_for_the_first_pose(pressing):
     start = pressing.isel(time=0)
     np.testing.assert_allclose(start.q_measured, start.q_desired, atol=1e-12)
     np.testing.assert_allclose(start.p_WE_measured, start.p_WE_commanded, atol=1e-6)
-    assert np.abs(start.q_measured - robot.HOME).max() < 0.1
+    assert np.abs(start.q_measured - joints.HOME).max() < 0.1
 
 
 def test_start_posture_and_duration_can_be_given():
     scenario = load_scenario("teleoperation")
-    q0 = robot.HOME + np.array([0.2, 0.1, 0.0, 0.0, 0.1, 0.0])
+    q0 = joints.HOME + np.array([0.2, 0.1, 0.0, 0.0, 0.1, 0.0])
     dataset = simulate(scenario, duration=0.05, q0=q0)
     np.testing.assert_allclose(dataset.q_measured[0], q0)
     assert dataset.sizes["time"] == 51

@@ -4,10 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
-from scara_drake import load_scenario, robot
+from scara_drake import joints, load_scenario, robot, simulate
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.sliding_mode import SlidingMode, SlidingModeController, smc_law
-from scara_drake.simulation import run as simulate
 
 TS = 1e-3
 
@@ -118,7 +117,7 @@ def test_the_system_applies_the_law_to_the_reference_carried_one_period():
         rate = desired[6:] - state[6:]
         sigma = rate + np.array(gains.c) * (desired[:6] + lead * desired[6:] - state[:6])
         effort = robot.nominal_inertias() * np.array(gains.rho) * sigma
-        limited = np.clip(effort, -robot.EFFORT, robot.EFFORT)
+        limited = np.clip(effort, -joints.EFFORT, joints.EFFORT)
         expected = np.concatenate([limited, effort, 2.0 * (limited != effort), sigma])
         np.testing.assert_allclose(outputs(controller, context), expected, rtol=1e-12)
 

@@ -5,14 +5,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from scara_drake.experiments import stability
-from scara_drake.experiments.result import (
+from scara_drake.experiments.claim import (
     IN_KIND,
     NOT_COMPARABLE,
     NOT_REPRODUCED,
     REPRODUCED,
     VERDICTS,
 )
+from scara_drake.experiments.control import stability
 from scara_drake.stability.robustness import VARIATIONS
 
 SMALL = {

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import PrismaticJoint, SpatialInertia, UnitInertia
 
-from scara_drake import load_scenario, robot
+from scara_drake import joints, load_scenario, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.robot import RobotModel
 from scara_drake.stability.linear import (
@@ -59,7 +59,7 @@ def test_masses_on_rails_have_the_poles_of_the_formula(seed):
         phi=rng.uniform(0.5, 2.0, 6).tolist(),
     )
     plant = masses_on_rails(robot.nominal_inertias() / ratio)
-    loop = linearise(robot.HOME, gains, plant=plant)
+    loop = linearise(joints.HOME, gains, plant=plant)
     expected = layer_poles(gains.c, gains.k, gains.rho, gains.phi, ratio)
     for pole in expected.ravel():
         # 1e-6 of the polynomial's scale: a double root moves by the root of an error.
@@ -104,7 +104,7 @@ def test_without_gravity_and_damping_the_poles_are_those_of_the_coupled_block():
     # In e, sigma and s: e' = sigma - c e, sigma' = c e' - M^-1 m_hat (k sigma + r s).
     plant = continuous_plant()
     context = plant.CreateDefaultContext()
-    plant.SetPositions(context, robot.HOME)
+    plant.SetPositions(context, joints.HOME)
     mass = plant.CalcMassMatrix(context)
     gains = TABLE_12.array()
     A = np.linalg.solve(mass, np.diag(gains[4]))
@@ -138,7 +138,7 @@ def test_drake_finds_the_block_matrix_of_the_robot(model):
 
 def test_all_poles_are_stable_over_the_workspace():
     for gains in (load_scenario("joint_sine").controller, TABLE_12):
-        for q in np.random.default_rng(2).uniform(robot.LOWER, robot.UPPER, (20, 6)):
+        for q in np.random.default_rng(2).uniform(joints.LOWER, joints.UPPER, (20, 6)):
             poles = closed_loop_poles(q, gains)
             assert poles.shape == (18,)
             assert (np.diff(poles.real) <= 0.0).all()
@@ -147,16 +147,16 @@ def test_all_poles_are_stable_over_the_workspace():
 
 def test_what_holds_the_mast():
     weight = 735.5 * 9.81
-    loop = linearise(robot.HOME, TABLE_12)
+    loop = linearise(joints.HOME, TABLE_12)
     assert loop.s[0] == pytest.approx(weight / (735.5 * 500.0))
     # The raw law has 500 N in its layer, and the weight is beyond it.
     raw = IntegralSlidingMode(mode=["paper"] + ["normalised"] * 5)
-    assert linearise(robot.HOME, raw).share[0] == pytest.approx(weight / 500.0)
+    assert linearise(joints.HOME, raw).share[0] == pytest.approx(weight / 500.0)
 
 
 def test_without_an_integral_the_loop_is_not_asymptotically_stable():
     gains = IntegralSlidingMode(k=[0.0] * 6)
-    assert closed_loop_poles(robot.HOME, gains)[0].real == pytest.approx(0.0, abs=1e-9)
+    assert closed_loop_poles(joints.HOME, gains)[0].real == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_posture_out_of_range_is_refused():

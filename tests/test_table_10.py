@@ -5,13 +5,8 @@ import functools
 import numpy as np
 import pytest
 
-from scara_drake.experiments import table_10
-from scara_drake.experiments.result import (
-    IN_KIND,
-    NOT_COMPARABLE,
-    NOT_REPRODUCED,
-    REPRODUCED,
-)
+from scara_drake.experiments.claim import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
+from scara_drake.experiments.control import table_10
 
 
 @functools.cache

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scara_drake import load_scenario, tune_command
+from scara_drake import load_scenario
 from scara_drake.__main__ import main
+from scara_drake.cli import tune as tune_command
 from scara_drake.common.resources import resource
 from scara_drake.operator.trace import load_trace
 
@@ -103,7 +104,7 @@ def test_bad_input_is_one_line_and_writes_nothing(capsys, arguments, message):
 
 def test_without_its_extra(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", None)
-    for name in ("scara_drake.tuning", "scara_drake.tuning_space"):
+    for name in ("scara_drake.tuning.search", "scara_drake.tuning.space"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     status, _, err = run_line(capsys, *QUICK)
     assert status == 2

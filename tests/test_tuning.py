@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.multibody.plant import MultibodyPlant
 
-from scara_drake import load_scenario, robot, tuning
+from scara_drake import joints, load_scenario, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
-from scara_drake.tuning import tune
-from scara_drake.tuning_cost import Cost, Figures, itae, rms
-from scara_drake.tuning_space import FACTOR, candidate, search_space, smallest_layer, start_point
+from scara_drake.tuning import search as tuning
+from scara_drake.tuning.cost import Cost, Figures, itae, rms
+from scara_drake.tuning.search import tune
+from scara_drake.tuning.space import FACTOR, candidate, search_space, smallest_layer, start_point
 
 TS = 1e-3
 SHORT = 0.05  # [s]
@@ -38,7 +39,7 @@ def short(**overrides):
 
 def recording(time, error, effort):
     """A recording of six equal joints."""
-    six = {"joint": list(robot.JOINT_NAMES)}
+    six = {"joint": list(joints.JOINT_NAMES)}
     error, effort = (np.repeat(np.asarray(a)[:, None], 6, axis=1) for a in (error, effort))
     return xr.Dataset(
         {
@@ -89,9 +90,9 @@ def test_the_start_costs_one_and_the_weight(tracking):
 
 def test_cost_by_hand():
     cost = Cost("rmse", 0.5, 3.0)
-    start = Figures(np.full(6, 9e-6), 9e-3 * robot.EFFORT)
+    start = Figures(np.full(6, 9e-6), 9e-3 * joints.EFFORT)
     # Errors of 4 µm + 1 µm over 9 µm + 1 µm, variations of 2.9 % + 0.1 % over 0.9 % + 0.1 %.
-    assert cost(Figures(np.full(6, 4e-6), 2.9e-2 * robot.EFFORT), start) == pytest.approx(
+    assert cost(Figures(np.full(6, 4e-6), 2.9e-2 * joints.EFFORT), start) == pytest.approx(
         0.5 + 0.5 * 3.0, rel=1e-12
     )
     # A joint that errs less than the resolution at the start may err by it without much cost.
@@ -109,7 +110,7 @@ def drake_number(gain, period):
     plant.Finalize()
     context = plant.CreateDefaultContext()
     largest = 0.0
-    for q in np.random.default_rng(7).uniform(robot.LOWER, robot.UPPER, (300, 6)):
+    for q in np.random.default_rng(7).uniform(joints.LOWER, joints.UPPER, (300, 6)):
         plant.SetPositions(context, q)
         ratio = np.linalg.solve(plant.CalcMassMatrix(context), np.diag(gain))
         largest = max(largest, np.abs(np.linalg.eigvals(ratio)).max())

@@ -16,7 +16,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics, robot
 from scara_drake.display.scene import (
     SceneAnnotations,
     StopButton,
@@ -36,7 +36,7 @@ from scara_drake.environment import (
     add_surfaces,
 )
 
-HOME_STATE = np.r_[robot.HOME, np.zeros(6)]
+HOME_STATE = np.r_[joints.HOME, np.zeros(6)]
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def meshcat() -> Meshcat:
 
 
 def desired_pose(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-    X_WE = kinematics.forward_kinematics(robot.HOME)
+    X_WE = kinematics.forward_kinematics(joints.HOME)
     quaternion = RotationMatrix(X_WE[:3, :3]).ToQuaternion().wxyz()
     return np.r_[X_WE[:3, 3] + offset, quaternion]
 
@@ -78,7 +78,7 @@ def test_ports(meshcat: Meshcat) -> None:
 def test_the_trail_starts_at_the_tool(meshcat: Meshcat) -> None:
     system, context = annotations(meshcat)
     Simulator(system, context).Initialize()
-    p = kinematics.forward_kinematics(robot.HOME)[:3, 3]
+    p = kinematics.forward_kinematics(joints.HOME)[:3, 3]
     np.testing.assert_allclose(trail(context)[1], np.tile(p, (4, 1)), atol=1e-12)
 
 
@@ -88,7 +88,7 @@ def test_the_trail_keeps_the_last_points_at_16_hertz(meshcat: Meshcat) -> None:
     simulator.Initialize()
     expected = []
     for tick in range(1, 8):
-        q = robot.HOME + np.array([0.1 * tick, 0, 0, 0, 0, 0])
+        q = joints.HOME + np.array([0.1 * tick, 0, 0, 0, 0, 0])
         system.GetInputPort("state").FixValue(context, np.r_[q, np.zeros(6)])
         simulator.AdvanceTo((tick + 0.5) / 16)
         expected.append(kinematics.forward_kinematics(q)[:3, 3])
@@ -102,7 +102,7 @@ def test_a_cloned_context_and_a_second_run_give_the_same_bits(meshcat: Meshcat) 
     fresh = context.Clone()
     Simulator(system, context).AdvanceTo(0.3)
     clone = context.Clone()
-    moved = np.r_[robot.HOME + 0.1, np.zeros(6)]
+    moved = np.r_[joints.HOME + 0.1, np.zeros(6)]
     for one in (context, clone):
         system.GetInputPort("state").FixValue(one, moved)
         simulator = Simulator(system, one)
@@ -110,7 +110,7 @@ def test_a_cloned_context_and_a_second_run_give_the_same_bits(meshcat: Meshcat) 
         simulator.AdvanceTo(0.5)
     assert trail(context)[1].tobytes() == trail(clone)[1].tobytes()
     Simulator(system, fresh).AdvanceTo(0.3)
-    home = kinematics.forward_kinematics(robot.HOME)[:3, 3]
+    home = kinematics.forward_kinematics(joints.HOME)[:3, 3]
     np.testing.assert_allclose(trail(fresh)[1], np.tile(home, (4, 1)), atol=1e-12)
 
 
@@ -232,7 +232,7 @@ def scene() -> Scene:
     robot.add_scara(plant)
     add_surfaces(plant, scene_graph, environment)
     plant.Finalize()
-    plant.SetDefaultPositions(robot.HOME)
+    plant.SetDefaultPositions(joints.HOME)
     plant.mutable_gravity_field().set_gravity_vector([0, 0, 0])
     system = add_visualization(builder, plant, scene_graph, meshcat, environment)
     builder.Connect(plant.get_state_output_port(), system.GetInputPort("state"))
@@ -304,7 +304,7 @@ def test_the_recorded_trail_stays_behind_the_tool(chromium: Any, tmp_path: Path)
     simulator = Simulator(system, context)
     simulator.Initialize()
     for tick in range(1, 33):
-        q = robot.HOME + np.array([(tick - 0.5) * period, 0, 0, 0, 0, 0])
+        q = joints.HOME + np.array([(tick - 0.5) * period, 0, 0, 0, 0, 0])
         system.GetInputPort("state").FixValue(context, np.r_[q, np.zeros(6)])
         simulator.AdvanceTo((tick + 0.5) * period)
     publish_recording(meshcat)
@@ -313,7 +313,7 @@ def test_the_recorded_trail_stays_behind_the_tool(chromium: Any, tmp_path: Path)
         for time in (0.25, 0.5, 0.8125):
             page.seek(time)
             z = [page.position(f"drake/annotations/trail/{i}")[2] for i in range(points)]
-            height = robot.HOME[0] + time
+            height = joints.HOME[0] + time
             assert max(z) <= height + 1e-6
             assert min(z) >= height - (points + 1) / 16
             assert max(z) - min(z) > 2 / 16
@@ -371,7 +371,7 @@ def test_the_camera_shows_the_tool_and_a_wall_wherever_it_stands(point, normal, 
     back = (stub.camera - stub.target) / np.linalg.norm(stub.camera - stub.target)
     right = np.cross([0, 0, 1], back) / np.linalg.norm(np.cross([0, 0, 1], back))
     up = np.cross(back, right)
-    tool = kinematics.forward_kinematics(robot.HOME)[:3, 3]
+    tool = kinematics.forward_kinematics(joints.HOME)[:3, 3]
     half = np.array([*size, 0]) / 2
     corners = [wall.pose() @ (half * [x, y, 0]) for x in (-1, 1) for y in (-1, 1)]
     for p in [tool, *corners]:

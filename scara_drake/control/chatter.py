@@ -12,54 +12,15 @@ loop is well damped, and bears one tick of delay.
 
 from __future__ import annotations
 
-from functools import lru_cache
-from itertools import product
-
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.plant import MultibodyPlant
 
-from scara_drake import robot
+from scara_drake.robot import chatter_number
 
 Array = NDArray[np.float64]
 
 LIMIT = 2.0
 LARGEST_LAYER = 1e6  # [m/s, rad/s], times the layer given
-
-
-@lru_cache(maxsize=1)
-def inverse_mass_matrices() -> Array:
-    """M(q)^-1 (n, 6, 6) of the robot over a grid of postures [1/kg, 1/(kg m²)].
-
-    The grid spans joints 3 to 5: the matrix does not depend on the mast nor on joint 2, and on
-    the roll of the tool by joint 6 to less than 0.01 kg m².
-    """
-    plant = MultibodyPlant(time_step=0.0)
-    robot.add_scara(plant)
-    plant.Finalize()
-    context = plant.CreateDefaultContext()
-    q = robot.HOME.copy()
-    matrices = []
-    axes = (np.linspace(robot.LOWER[i], robot.UPPER[i], 13) for i in (3, 4))
-    for q[2], q[3], q[4] in product(np.linspace(-np.pi, np.pi, 13), *axes):
-        plant.SetPositions(context, q)
-        matrices.append(plant.CalcMassMatrix(context))
-    inverses = np.linalg.inv(matrices)
-    inverses.setflags(write=False)
-    return inverses
-
-
-def chatter_number(gain: Array, period: float) -> float:
-    """T_s max over postures of lambda_max(M(q)^-1 diag(gain)); below 2 the loop does not chatter.
-
-    Args:
-        gain: effort per unit of sigma (6,) [N s/m, N m s/rad], m_hat (rho / phi + k).
-        period: T_s [s].
-    """
-    # D^1/2 M^-1 D^1/2 is symmetric and has the same eigenvalues.
-    root = np.sqrt(gain)
-    symmetric = inverse_mass_matrices() * root * root[:, None]
-    return period * float(np.linalg.eigvalsh(symmetric)[:, -1].max())
 
 
 def smallest_layer(m_hat: Array, k: Array, rho: Array, phi: Array, period: float) -> float:

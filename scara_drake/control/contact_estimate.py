@@ -30,8 +30,8 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, Value
 
 from scara_drake import robot
 from scara_drake.common import checks
+from scara_drake.common.finite import all_finite, check_finite
 from scara_drake.common.state import declare_state
-from scara_drake.control.controller import all_finite, check_finite
 from scara_drake.kinematics import jacobian
 
 Array = NDArray[np.float64]

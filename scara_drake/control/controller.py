@@ -11,27 +11,16 @@ from pydrake.systems.framework import (
     Context,
     DiscreteValues,
     EventStatus,
-    InputPort,
     LeafSystem,
 )
 
+from scara_drake.common.finite import all_finite, check_finite
 from scara_drake.common.state import declare_state
 
 Array = NDArray[np.float64]
 
 # Bits of the port `saturation`.
 OUTSIDE_LAYER, EFFORT_LIMIT = 1, 2
-
-
-@njit(cache=True)
-def all_finite(first: Array, second: Array) -> bool:
-    """Whether no entry of two arrays is infinite or NaN."""
-    total = 0.0
-    for value in first:
-        total += 0.0 * value
-    for value in second:
-        total += 0.0 * value
-    return total == 0.0
 
 
 @njit(cache=True)
@@ -54,21 +43,6 @@ def limit_effort(
             saturation[i] += OUTSIDE_LAYER
         if tau_limited[i] != tau[i]:
             saturation[i] += EFFORT_LIMIT
-
-
-def check_finite(system: LeafSystem, context: Context, ports: tuple[InputPort, ...]) -> None:
-    """Stop a run in which NaN or infinity arrives on one of the input ports.
-
-    Raises:
-        RuntimeError: names the system, the port, the time and the entry.
-    """
-    for port in ports:
-        values = port.Eval(context)
-        for index in np.flatnonzero(~np.isfinite(values)):
-            raise RuntimeError(
-                f"{system.get_name()}: port '{port.get_name()}' at t = {context.get_time():.6g} s: "
-                f"{port.get_name()}[{index}] is {values[index]}"
-            )
 
 
 class JointController(LeafSystem):

@@ -21,8 +21,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from scara_drake import robot
 from scara_drake.common import checks
+from scara_drake.common.motion import limit_motion
 from scara_drake.common.state import declare_state
-from scara_drake.ik.servo import limit_motion
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiscreteValues
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import check_chatter
@@ -188,7 +188,7 @@ class IntegralSlidingMode:
         rho = np.where(paper, np.multiply(self.rho, unit), self.rho)
         phi = np.where(paper, np.multiply(self.phi, unit), self.phi)
         clamp = np.where(paper | (not self.anti_windup), np.inf, 2.0 * phi)
-        rows = [self.c, self.k, rho, phi, m_hat, robot.EFFORT, clamp]
+        rows = [self.c, self.k, rho, phi, m_hat, joints.EFFORT, clamp]
         return np.array(rows, dtype=np.float64)
 
     def make_system(self, period: float) -> "IntegralSlidingModeController":

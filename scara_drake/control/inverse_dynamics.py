@@ -28,11 +28,11 @@ from pydrake.systems.framework import (
 )
 from pydrake.systems.primitives import Saturation
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.common import checks
+from scara_drake.common.finite import all_finite, check_finite
 from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import LIMIT
-from scara_drake.control.controller import all_finite, check_finite
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ class InverseDynamics:
         if numbers[worst] >= LIMIT:
             raise ValueError(
                 f"{name}: chatters, T_s (kd + kp T_s / 2) = {numbers[worst]:.3g} at joint "
-                f"{robot.JOINT_NAMES[worst]} and T_s = {period:g} s, allowed below 2"
+                f"{joints.JOINT_NAMES[worst]} and T_s = {period:g} s, allowed below 2"
             )
 
     def make_system(self, period: float) -> Diagram:
@@ -150,7 +150,7 @@ class IntegralAction(LeafSystem):
             self._desired.Eval(context),
             self._state.Eval(context),
             self._tau.Eval(context),
-            robot.EFFORT,
+            joints.EFFORT,
             self._ki,
             self._period,
             state.get_mutable_discrete_state(self._integral).get_mutable_value(),
@@ -215,7 +215,7 @@ def make_inverse_dynamics(gains: InverseDynamics, period: float) -> Diagram:
     law = builder.AddNamedSystem(
         "inverse_dynamics", InverseDynamicsController(plant, kp, np.zeros(6), kd, True)
     )
-    limit = builder.AddNamedSystem("effort_limit", Saturation(-robot.EFFORT, robot.EFFORT))
+    limit = builder.AddNamedSystem("effort_limit", Saturation(-joints.EFFORT, joints.EFFORT))
     for name, estimate in (("state", "estimated_state"), ("state_desired", "desired_state")):
         builder.ExportInput(check.GetInputPort(name), name)
         checked = check.GetOutputPort(f"{name}_checked")

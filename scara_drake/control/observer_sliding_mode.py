@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiscreteValues, EventStatus
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import check_chatter
@@ -161,7 +161,7 @@ class ObserverSlidingMode:
         phi = np.array(self.phi)
         clamp = 2.0 * phi if self.anti_windup else np.full(6, np.inf)
         rows = [
-            self.c, self.k, self.rho, phi, robot.nominal_inertias(), robot.EFFORT, clamp,
+            self.c, self.k, self.rho, phi, robot.nominal_inertias(), joints.EFFORT, clamp,
         ]  # fmt: skip
         return np.array(rows, dtype=np.float64)
 

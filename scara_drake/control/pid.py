@@ -21,12 +21,13 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiscreteValues
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.control import integral_sliding_mode as ismc
-from scara_drake.control.chatter import LIMIT, chatter_number
+from scara_drake.control.chatter import LIMIT
 from scara_drake.control.controller import JointController, limit_effort
+from scara_drake.robot import chatter_number
 
 Array = NDArray[np.float64]
 
@@ -151,7 +152,7 @@ class Pid:
 
     def array(self) -> Array:
         """Return the gains as `pid_law` takes them (5, 6)."""
-        rows = [self.kp, self.ki, self.kd, robot.nominal_inertias(), robot.EFFORT]
+        rows = [self.kp, self.ki, self.kd, robot.nominal_inertias(), joints.EFFORT]
         return np.array(rows, dtype=np.float64)
 
     def make_system(self, period: float) -> "PidController":

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Final
 
-from scara_drake import robot
+from scara_drake import joints
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.common import checks
 
@@ -71,8 +71,8 @@ def perturbation_reading(joint: str | None = None, amplitude: float = AMPLITUDE)
         ValueError: no such joint.
     """
     if joint is not None:
-        checks.choice("joint", joint, robot.JOINT_NAMES)
-    acts = [joint in (None, name) for name in robot.JOINT_NAMES]
+        checks.choice("joint", joint, joints.JOINT_NAMES)
+    acts = [joint in (None, name) for name in joints.JOINT_NAMES]
     return {
         "perturbation.amplitude": [math.sqrt(2.0) * float(amplitude) * on for on in acts],
         "perturbation.frequency": [1.0] * 6,

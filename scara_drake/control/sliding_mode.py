@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiscreteValues
 
-from scara_drake import robot
+from scara_drake import joints, robot
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.control.chatter import check_chatter
@@ -105,7 +105,7 @@ class SlidingMode:
 
     def array(self) -> Array:
         """Return the gains as `smc_law` takes them (5, 6)."""
-        rows = [self.c, self.rho, self.phi, robot.nominal_inertias(), robot.EFFORT]
+        rows = [self.c, self.rho, self.phi, robot.nominal_inertias(), joints.EFFORT]
         return np.array(rows, dtype=np.float64)
 
     def make_system(self, period: float) -> "SlidingModeController":

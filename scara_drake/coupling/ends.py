@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake.common import checks
+from scara_drake.common.finite import all_finite, check_finite
 from scara_drake.common.state import declare_state
-from scara_drake.control.controller import all_finite, check_finite
 
 Array = NDArray[np.float64]
 Kernel = Callable[..., None]

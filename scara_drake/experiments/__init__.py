@@ -5,28 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from scara_drake.experiments import (
-    couplings,
-    figure_22,
-    figure_28,
-    figures_8_9,
-    figures_10_11,
-    figures_12_15,
-    figures_16_17,
-    figures_18_19,
-    figures_20_27,
-    figures_29_30,
-    orientation_drift,
-    perturbation_observer,
-    stability,
-    table_5,
-    table_6,
-    table_8,
-    table_9,
-    table_10,
-    windup,
-)
-from scara_drake.experiments.result import (
+from scara_drake.experiments.claim import (
     IN_KIND,
     NOT_COMPARABLE,
     NOT_REPRODUCED,
@@ -35,6 +14,26 @@ from scara_drake.experiments.result import (
     Claim,
     Experiment,
 )
+from scara_drake.experiments.control import (
+    figures_16_17,
+    figures_18_19,
+    figures_29_30,
+    perturbation_observer,
+    stability,
+    table_10,
+    windup,
+)
+from scara_drake.experiments.inverse_kinematics import (
+    figures_8_9,
+    figures_10_11,
+    figures_12_15,
+    orientation_drift,
+    table_5,
+    table_6,
+    table_8,
+    table_9,
+)
+from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "table_5": table_5.run,

@@ -12,15 +12,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import robot
 from scara_drake.common import checks
-from scara_drake.ik.branches import LOWER, UPPER
-from scara_drake.ik.closed_form_arm import EXACT, arm_branches_kernel, arm_solutions_kernel
-from scara_drake.ik.closed_form_mast import mast_branches_kernel
+from scara_drake.ik.kernels.branches import LOWER, UPPER
+from scara_drake.ik.kernels.closed_form_arm import EXACT, arm_branches_kernel, arm_solutions_kernel
+from scara_drake.ik.kernels.closed_form_mast import mast_branches_kernel
+from scara_drake.ik.kernels.refine import error_kernel, nearest_turns_kernel
 from scara_drake.ik.options import ClosedFormOptions
-from scara_drake.ik.refine import error_kernel, nearest_turns_kernel
 from scara_drake.ik.result import ROTATION_LENGTH, Answer, PathAnswer, Problem
 from scara_drake.ik.target import JOINTS, check_seed, confirm_kernel, pose_fault_kernel
+from scara_drake.joints import HOME
 from scara_drake.kinematics import D6
 
 Array = NDArray[np.float64]
@@ -194,7 +194,7 @@ def solve_batch(
         )
     if q_seed is None and joints == "arm":
         raise ValueError('q_seed: None, allowed (6,) with joints="arm": it holds the mast height')
-    near = np.array(robot.HOME) if q_seed is None else check_seed(q_seed)
+    near = np.array(HOME) if q_seed is None else check_seed(q_seed)
     q, success, _ = _nearest(
         np.ascontiguousarray(X[:, :3, 3]), np.ascontiguousarray(X[:, :3, :3]),
         1 if joints == "arm" else 0, near, level=q_seed is None, follow=False,

@@ -11,9 +11,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.ik.branches import LOWER, UPPER, best_branch, search_box
+from scara_drake.ik.kernels.branches import LOWER, UPPER, best_branch, search_box
+from scara_drake.ik.kernels.refine import error_kernel, nearest_turns_kernel, refine_kernel
+from scara_drake.ik.kernels.swarm import Draws, draws, swarm_kernel
 from scara_drake.ik.options import TUNED, Dpso, Swarm, SwarmOptions
-from scara_drake.ik.refine import error_kernel, nearest_turns_kernel, refine_kernel
 from scara_drake.ik.result import (
     POSITION_TOLERANCE,
     ROTATION_LENGTH,
@@ -21,7 +22,6 @@ from scara_drake.ik.result import (
     Answer,
     Problem,
 )
-from scara_drake.ik.swarm import Draws, draws, swarm_kernel
 from scara_drake.kinematics import REACH
 
 Array = NDArray[np.float64]

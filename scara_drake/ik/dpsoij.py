@@ -17,12 +17,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.ik import dpso
-from scara_drake.ik.branch_path import has_jump_kernel, smoothest_path_kernel
-from scara_drake.ik.branches import LOWER, UPPER, best_branch
 from scara_drake.ik.inverse_jacobian import follow_kernel
-from scara_drake.ik.least_squares import cholesky_kernel, substitute_kernel
+from scara_drake.ik.kernels.branch_path import has_jump_kernel, smoothest_path_kernel
+from scara_drake.ik.kernels.branches import LOWER, UPPER, best_branch
+from scara_drake.ik.kernels.least_squares import cholesky_kernel, substitute_kernel
+from scara_drake.ik.kernels.refine import error_kernel
 from scara_drake.ik.options import DpsoijOptions
-from scara_drake.ik.refine import error_kernel
 from scara_drake.ik.result import (
     POSITION_TOLERANCE,
     ROTATION_LENGTH,

@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.ik.branches import LOWER, UPPER
-from scara_drake.ik.least_squares import bounded_step_kernel
+from scara_drake.ik.kernels.branches import LOWER, UPPER
+from scara_drake.ik.kernels.least_squares import bounded_step_kernel
+from scara_drake.ik.kernels.refine import error_kernel, refine_kernel, refine_position_first_kernel
 from scara_drake.ik.options import InverseJacobianOptions
-from scara_drake.ik.refine import error_kernel, refine_kernel, refine_position_first_kernel
 from scara_drake.ik.result import (
     POSITION_TOLERANCE,
     ROTATION_LENGTH,

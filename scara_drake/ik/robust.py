@@ -11,11 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.ik.branches import LOWER, UPPER
-from scara_drake.ik.closed_form_arm import arm_branches_kernel, arm_solutions_kernel
-from scara_drake.ik.closed_form_mast import mast_branches_kernel
 from scara_drake.ik.dpso import dpso_kernel
-from scara_drake.ik.refine import (
+from scara_drake.ik.kernels.branches import LOWER, UPPER
+from scara_drake.ik.kernels.closed_form_arm import arm_branches_kernel, arm_solutions_kernel
+from scara_drake.ik.kernels.closed_form_mast import mast_branches_kernel
+from scara_drake.ik.kernels.refine import (
     error_kernel,
     keep_limits_kernel,
     nearest_turns_kernel,

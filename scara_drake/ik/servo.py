@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.motion import limit_motion
 from scara_drake.ik.inverse_jacobian import joint_rates_kernel
 from scara_drake.kinematics import (
     A4,
@@ -46,37 +47,6 @@ REACH_LIMITED = 2.0  # the target is drawn back into the reach of the arm
 REACH_LIMIT = 0.98 * (A4 + D6)  # [m]
 POSITION_TOLERANCE = 5e-3  # [m], E_Tp
 ROTATION_TOLERANCE = 0.0175  # [rad], E_To
-
-
-@njit(cache=True)
-def limit_motion(
-    error: Array,
-    rate: Array,
-    max_speed: float,
-    max_acceleration: float,
-    bandwidth: float,
-    dt: float,
-) -> None:
-    """Advance the rate (n,) of a critically damped follower of `error` (n,), in place.
-
-    Free of its bounds it is e'' + 2 bandwidth e' + bandwidth² e = 0. The wanted speed is also held
-    below sqrt(a |e|), so that the bounded acceleration can stop it at the target.
-    """
-    distance = 0.0
-    for i in range(error.size):
-        distance += error[i] * error[i]
-    distance = np.sqrt(distance)
-    gain = 0.5 * bandwidth
-    speed = min(gain * distance, max_speed, np.sqrt(max_acceleration * distance))
-    scale = speed / distance if distance > 0.0 else 0.0
-    change = 0.0
-    for i in range(error.size):
-        step = 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
-        change += step * step
-    change = np.sqrt(change)
-    shrink = min(1.0, max_acceleration * dt / change) if change > 0.0 else 1.0
-    for i in range(error.size):
-        rate[i] += shrink * 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import kinematics, robot
+from scara_drake import joints, kinematics
 from scara_drake.common import checks
 from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian
 from scara_drake.ik.options import (
@@ -188,7 +188,7 @@ def _method(name: str) -> Method:
 
 def _diagnose(problem: Problem) -> str:
     """Why a target was not met: geometry first, then a search of its own for a counterexample."""
-    low, high = robot.LOWER[0], robot.UPPER[0]
+    low, high = joints.LOWER[0], joints.UPPER[0]
     if problem.first_joint == 1:
         low = high = problem.start[0]
     # The beam stays horizontal: the rest must bridge what is left from its end.

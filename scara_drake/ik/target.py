@@ -13,11 +13,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import robot
 from scara_drake.common import checks
-from scara_drake.ik.branches import LOWER, UPPER
-from scara_drake.ik.refine import error_kernel
+from scara_drake.ik.kernels.branches import LOWER, UPPER
+from scara_drake.ik.kernels.refine import error_kernel
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE, Problem
+from scara_drake.joints import HOME, check_configuration
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def check_seed(q_seed: ArrayLike) -> Array:
     q = np.array(q_seed, dtype=np.float64)
     if q.shape == (6,) and clip_seed_kernel(q):
         return q
-    return robot.check_configuration("q_seed", q)
+    return check_configuration("q_seed", q)
 
 
 def make_problem(
@@ -123,7 +123,7 @@ def make_problem(
     elif joints == "arm":
         raise ValueError('q_seed: None, allowed (6,) with joints="arm": it holds the mast height')
     else:
-        start = np.array(robot.HOME)
+        start = np.array(HOME)
         start[0] = min(max(X[2, 3], LOWER[0]), UPPER[0])
     return Problem(
         p=X[:3, 3].copy(),

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from scara_drake import robot
+from scara_drake import joints
 from scara_drake.common import checks
 from scara_drake.vectors import pose_vector
 
@@ -45,7 +45,7 @@ def joint_reference(
 class JointMotion:
     """A motion of the joints around a base posture, in [m] and [rad]."""
 
-    base: list[float] = field(default_factory=lambda: robot.HOME.tolist())
+    base: list[float] = field(default_factory=lambda: joints.HOME.tolist())
     amplitude: list[float] = field(default_factory=lambda: [0.0] * 6)
     frequency: list[float] = field(default_factory=lambda: [0.0] * 6)  # [rad/s]
     displacement: list[float] = field(default_factory=lambda: [0.0] * 6)
@@ -62,15 +62,15 @@ class JointMotion:
             checks.vector(f"{name}.{vector}", getattr(self, vector), 6)
         checks.number(f"{name}.start", self.start, 0.0)
         checks.number(f"{name}.move_duration", self.move_duration, 1e-3)
-        base = robot.check_configuration(f"{name}.base", self.base)
+        base = joints.check_configuration(f"{name}.base", self.base)
         sweep = np.abs(self.amplitude)
         moves = np.array([[0.0] * 6, self.displacement])
         for sign, extreme in ((-1.0, moves.min(axis=0)), (1.0, moves.max(axis=0))):
             q = base + extreme + sign * sweep
             # The paper's 0.7854 is pi/4 rounded up: a sweep may pass its limit by the rounding.
-            inside = np.clip(q, robot.LOWER, robot.UPPER)
+            inside = np.clip(q, joints.LOWER, joints.UPPER)
             q = np.where(np.abs(q - inside) < ROUNDING, inside, q)
-            robot.check_configuration(f"{name} at its extreme", q)
+            joints.check_configuration(f"{name} at its extreme", q)
 
     def start_state(self) -> Array:
         """Return (q, v) (12,) at t = 0."""

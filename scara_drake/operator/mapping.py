@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from pydrake.math import RotationMatrix
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from scara_drake import robot
+from scara_drake import joints
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.kinematics import REACH, rotation_from_intrinsic_xyz
 
 Array = NDArray[np.float64]
 
-MAST_LOW, MAST_HIGH = float(robot.LOWER[0]), float(robot.UPPER[0])  # [m]
+MAST_LOW, MAST_HIGH = float(joints.LOWER[0]), float(joints.UPPER[0])  # [m]
 
 
 @dataclass
@@ -50,7 +50,7 @@ class JoystickMapping:
         checks.number(f"{name}.scale", self.scale, 0.0, REACH)
         checks.number(f"{name}.dead_zone", self.dead_zone, 0.0, 0.9)
         checks.number(f"{name}.mast_height", self.mast_height, MAST_LOW, MAST_HIGH)
-        checks.number(f"{name}.mast_rate", self.mast_rate, 0.0, float(robot.MAX_SPEED[0]))
+        checks.number(f"{name}.mast_rate", self.mast_rate, 0.0, float(joints.MAX_SPEED[0]))
         checks.number(f"{name}.max_speed", self.max_speed, 1e-3, 5.0)
         checks.number(f"{name}.smoothing", self.smoothing, 0.0, 2.0)
 

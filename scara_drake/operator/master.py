@@ -21,8 +21,8 @@ from pydrake.math import RotationMatrix
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake.common import checks
+from scara_drake.common.finite import all_finite, check_finite
 from scara_drake.common.state import declare_state
-from scara_drake.control.controller import all_finite, check_finite
 from scara_drake.kinematics import REACH, rotation_from_intrinsic_xyz
 from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
 

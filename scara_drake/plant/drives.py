@@ -13,8 +13,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
-from scara_drake.control.chatter import chatter_number, inverse_mass_matrices
 from scara_drake.plant.encoder import Encoder
+from scara_drake.robot import chatter_number, inverse_mass_matrices
 
 Array = NDArray[np.float64]
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
-from scara_drake import robot
 from scara_drake.ik.system import STATUS
+from scara_drake.joints import JOINT_NAMES
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.trace import STICK_NAMES
 from scara_drake.recordings.journal import read_journal
@@ -208,7 +208,7 @@ def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.D
     A variable whose signal the Diagram does not have is NaN throughout, or left out.
     """
     coordinates: dict[str, Any] = {
-        "joint": list(robot.JOINT_NAMES),
+        "joint": list(JOINT_NAMES),
         "axis": ["x", "y", "z"],
         "stick": list(STICK_NAMES),
         "motor": ["low", "high"],

@@ -20,7 +20,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake.control.chatter import inverse_mass_matrices
 from scara_drake.control.integral_sliding_mode import (
     CLAMP,
     EFFORT,
@@ -32,6 +31,7 @@ from scara_drake.control.integral_sliding_mode import (
     K,
     ismc_law,
 )
+from scara_drake.robot import inverse_mass_matrices
 
 Array = NDArray[np.float64]
 

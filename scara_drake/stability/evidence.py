@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from scara_drake import metrics, robot
+from scara_drake import joints, metrics, robot
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario, load_scenario
@@ -38,7 +38,7 @@ def tables() -> dict[str, IntegralSlidingMode]:
 
 def poles(tables: Mapping[str, IntegralSlidingMode], seed: int, postures: int) -> xr.Dataset:
     """Poles in random postures of the ranges, and how much of the layer gravity takes there."""
-    q = np.random.default_rng(seed).uniform(robot.LOWER, robot.UPPER, (postures, 6))
+    q = np.random.default_rng(seed).uniform(joints.LOWER, joints.UPPER, (postures, 6))
     loops = [[linearise(row, controller) for row in q] for controller in tables.values()]
     found = np.linalg.eigvals([[loop.matrix for loop in row] for row in loops])
     eigenvalues = np.take_along_axis(found, np.argsort(-found.real), axis=-1)
@@ -59,7 +59,7 @@ def poles(tables: Mapping[str, IntegralSlidingMode], seed: int, postures: int) -
                 (*dims[:2], "joint"), share, "1", "|s| / phi that holds the robot at rest"
             ),
         },
-        coords={"table": list(tables), "joint": list(robot.JOINT_NAMES)},
+        coords={"table": list(tables), "joint": list(joints.JOINT_NAMES)},
     )
 
 
@@ -106,7 +106,7 @@ def pushed_scenario() -> Scenario:
     rho is 80 % of what it has, the slope rho / phi stays, and the push is 120 % of it, for the mast
     beyond its weight.
     """
-    most = robot.EFFORT / robot.nominal_inertias()
+    most = joints.EFFORT / robot.nominal_inertias()
     rho, push = 0.8 * most, 1.2 * most
     push[0] += GRAVITY
     return load_scenario(
@@ -152,7 +152,7 @@ def followed(duration: float) -> xr.Dataset:
                     ),
                     "drive_share": labelled(
                         ("joint",),
-                        robot.EFFORT / (gains[M_HAT] * gains[RHO]),
+                        joints.EFFORT / (gains[M_HAT] * gains[RHO]),
                         "1",
                         "effort limit of the drive / (m_hat rho)",
                     ),

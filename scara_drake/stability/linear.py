@@ -31,7 +31,7 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.primitives import ConstantVectorSource, Linearize
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from scara_drake import robot
+from scara_drake import joints
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
 from scara_drake.robot import RobotModel, add_scara
 
@@ -124,7 +124,7 @@ def linearise(
     Raises:
         ValueError: q is not a posture within the ranges.
     """
-    q = robot.check_configuration("q", q)
+    q = joints.check_configuration("q", q)
     gains = controller.array()
     plant = plant if plant is not None else continuous_plant(model)
     builder = DiagramBuilder()

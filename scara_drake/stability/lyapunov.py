@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
+from scara_drake.joints import JOINT_NAMES
 from scara_drake.plant.perturbation import perturbation_force
 from scara_drake.recordings.labels import labelled
-from scara_drake.robot import JOINT_NAMES
 from scara_drake.scenario import Scenario
 from scara_drake.stability.linear import continuous_plant
 

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake import metrics, robot
+from scara_drake import joints, metrics
 from scara_drake.common import checks
 from scara_drake.control.controller import EFFORT_LIMIT
 from scara_drake.recordings.labels import labelled
@@ -128,7 +128,7 @@ def robustness_map(
         coords={
             "variation": list(variations),
             "controller": list(controllers),
-            "joint": list(robot.JOINT_NAMES),
+            "joint": list(joints.JOINT_NAMES),
         },
         attrs={"scenario": str(scenario), "duration": duration},
     )

@@ -1,0 +1,40 @@
+"""Motions that know no robot: a follower with bounded speed and acceleration, minimum jerk."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def limit_motion(
+    error: Array,
+    rate: Array,
+    max_speed: float,
+    max_acceleration: float,
+    bandwidth: float,
+    dt: float,
+) -> None:
+    """Advance the rate (n,) of a critically damped follower of `error` (n,), in place.
+
+    Free of its bounds it is e'' + 2 bandwidth e' + bandwidth² e = 0. The wanted speed is also held
+    below sqrt(a |e|), so that the bounded acceleration can stop it at the target.
+    """
+    distance = 0.0
+    for i in range(error.size):
+        distance += error[i] * error[i]
+    distance = np.sqrt(distance)
+    gain = 0.5 * bandwidth
+    speed = min(gain * distance, max_speed, np.sqrt(max_acceleration * distance))
+    scale = speed / distance if distance > 0.0 else 0.0
+    change = 0.0
+    for i in range(error.size):
+        step = 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
+        change += step * step
+    change = np.sqrt(change)
+    shrink = min(1.0, max_acceleration * dt / change) if change > 0.0 else 1.0
+    for i in range(error.size):
+        rate[i] += shrink * 2.0 * bandwidth * dt * (scale * error[i] - rate[i])

@@ -1,0 +1,212 @@
+"""Wind-up: what clamping the integral does, and what it takes a governor to do. Not in the paper.
+
+Six joints of one inertia each, the nominal one, under integral sliding mode control with Table 12.
+A perturbation that exceeds rho winds the integral z up: clamping |s| ends that. Drives that cannot
+follow a motion are another matter: nothing is wrong with the integral then, the reference has run
+away, and it has to wait (`control/governor.py`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numba import njit
+from numpy.typing import NDArray
+
+from scara_drake import joints, robot
+from scara_drake.control.governor import ReferenceGovernor, govern
+from scara_drake.control.integral_sliding_mode import (
+    EFFORT,
+    M_HAT,
+    RHO,
+    C,
+    IntegralSlidingMode,
+    ismc_law,
+)
+from scara_drake.experiments.claim import NOT_COMPARABLE, Claim, Experiment, span, variable
+
+Array = NDArray[np.float64]
+
+PERIOD = 1e-3  # [s]
+EXCESS = 2.0  # perturbation, times rho
+PUSH = (0.5, 3.5)  # [s], from and to
+BAND = 0.02  # a joint is back within this share of its largest deviation
+RECOVERY, LONGER = 0.8, 3.0  # [s] with the clamp, and how many times that without
+DEMAND = 2.0  # peak acceleration of the motion, times what the drives can give
+DISPLACEMENT = 1.0  # [m, rad]
+OVERSHOOT = 0.01  # of the displacement; less counts as none
+
+CLAMPS = ("clamp", "no clamp")
+PROTECTIONS = ("no clamp", "clamp", "clamp and governor")
+
+
+@njit(cache=True)
+def run_joints(
+    reference: Array,
+    perturbation: Array,
+    gains: Array,
+    bounds: Array,
+    governed: bool,
+    period: float,
+    motion: Array,
+) -> None:
+    """Simulate n joints q'' = u + d in closed loop, from rest at the first reference.
+
+    Args:
+        reference: q, v of each sample (steps, 2n).
+        perturbation: d (steps, n) [m/s², rad/s²].
+        gains: of `ismc_law` (7, n), with m_hat = 1.
+        bounds: of `govern` (2, n).
+        governed: whether the governor acts.
+        period: [s].
+        motion: q (steps, n), written.
+    """
+    steps, n = motion.shape
+    q, v = reference[0, :n].copy(), np.zeros(n)
+    offset, lost, none = np.zeros(2 * n), np.zeros(n), np.zeros(n)
+    sigma, z = np.empty(n), np.empty(n)
+    s, u, u_limited, saturation = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    for step in range(steps):
+        motion[step] = q
+        for i in range(n):
+            error = reference[step, i] + offset[i] - q[i]
+            rate = reference[step, n + i] + offset[n + i] - v[i]
+            sigma[i] = rate + gains[C, i] * error
+        if step == 0:
+            z[:] = sigma
+        ismc_law(sigma, gains, period, none, z, s, u, u_limited, saturation)
+        for i in range(n):
+            v[i] += period * (u_limited[i] + perturbation[step, i])
+            q[i] += period * v[i]
+            lost[i] = u_limited[i] - u[i]
+        if governed:
+            govern(lost, bounds, period, offset)
+
+
+def run(seed: int = 0, duration: float = 9.0) -> Experiment:
+    """Push the joints beyond rho, and ask more of the drives than they can give.
+
+    Args:
+        seed: nothing is drawn.
+        duration: [s], of either simulation.
+    """
+    time: Array = np.array([PERIOD * step for step in range(round(duration / PERIOD))])
+    pushed = np.stack([_push(time, clamp) for clamp in CLAMPS])
+    moved = np.stack([_move(time, protection) for protection in PROTECTIONS])
+    units = "m for d1, rad for the others"
+    data = xr.Dataset(
+        {
+            "deviation": variable(
+                ("anti_windup", "time", "joint"), pushed, units, "under the perturbation"
+            ),
+            "q": variable(
+                ("protection", "time", "joint"), moved, units, "motion with limited drives"
+            ),
+            "q_desired": variable(("time", "joint"), _reference(time)[:, :6], units, "its source"),
+            "perturbation": variable(
+                ("joint",),
+                EXCESS * np.array(IntegralSlidingMode().rho),
+                "m/s^2 for d1, rad/s^2 for the others",
+                "acceleration by the perturbation",
+            ),
+        },
+        coords={
+            "time": ("time", time, {"units": "s"}),
+            "joint": list(joints.JOINT_NAMES),
+            "anti_windup": list(CLAMPS),
+            "protection": list(PROTECTIONS),
+        },
+        attrs={"seed": seed},
+    )
+    return Experiment("Wind-up", data, claims(data))
+
+
+def recovery_time(data: xr.Dataset) -> xr.DataArray:
+    """Time (anti_windup, joint) [s] from the end of the push until a joint stays in its band."""
+    size = abs(data.deviation)
+    outside = size > BAND * size.max("time")
+    return (data.time * outside).max("time") - PUSH[1]
+
+
+def overshoot(data: xr.Dataset) -> xr.DataArray:
+    """Largest passing of the goal (protection, joint), as a share of the displacement."""
+    goal = data.q_desired.isel(time=-1)
+    return ((data.q.max("time") - goal) / DISPLACEMENT).clip(min=0.0)
+
+
+def claims(data: xr.Dataset) -> list[Claim]:
+    """Say what was found; see `run` for the data."""
+    recovery, passed = recovery_time(data), overshoot(data)
+    clamped, wound = recovery.sel(anti_windup="clamp"), recovery.sel(anti_windup="no clamp")
+    ratio = wound / clamped
+    back = bool((clamped < RECOVERY).all()) and bool((ratio > LONGER).all())
+    shares = {name: passed.sel(protection=name) for name in PROTECTIONS}
+    governed = shares["clamp and governor"]
+    quiet = bool((governed < OVERSHOOT).all()) and bool((shares["clamp"] > 0.05).all())
+    return [
+        Claim(
+            "A perturbation beyond rho winds the integral up, and clamping it ends that",
+            "not treated",
+            f"after 3 s of {EXCESS:g} rho the joints are back after {span(clamped)} s with the "
+            f"clamp, after {span(wound)} s without",
+            NOT_COMPARABLE,
+            f"Criterion of our own, {_met(back)}: each joint within {100 * BAND:g} % of its "
+            f"largest deviation in less than {RECOVERY:g} s, and more than {LONGER:g} times as "
+            "late without the clamp. The paper's law has no clamp.",
+        ),
+        Claim(
+            "Drives at their limits need more than a clamp: the reference has to wait",
+            "not treated",
+            f"overshoot {span(100 * shares['no clamp'], 0)} % without a clamp, "
+            f"{span(100 * shares['clamp'], 0)} % with it, {span(100 * governed, 1)} % with the "
+            "governor",
+            NOT_COMPARABLE,
+            f"Criterion of our own, {_met(quiet)}: a motion that asks for {DEMAND:g} times the "
+            f"acceleration of the drives passes its goal by less than {100 * OVERSHOOT:g} % with "
+            "the governor, and by more than 5 % with the clamp alone.",
+        ),
+    ]
+
+
+def _met(criterion: bool) -> str:
+    return "met" if criterion else "not met"
+
+
+def _gains(clamped: bool, limit: Array | float) -> Array:
+    gains = IntegralSlidingMode(anti_windup=clamped).array()
+    gains[M_HAT], gains[EFFORT] = 1.0, limit
+    return gains
+
+
+def _push(time: Array, clamp: str) -> Array:
+    gains = _gains(clamp == "clamp", np.inf)
+    pushing = (time >= PUSH[0]) & (time < PUSH[1])
+    perturbation = pushing[:, None] * EXCESS * gains[RHO]
+    bounds, motion = ReferenceGovernor().array(), np.empty((time.size, 6))
+    at_rest = np.zeros((time.size, 12))
+    run_joints(at_rest, perturbation, gains, bounds, False, PERIOD, motion)
+    return motion
+
+
+def _drives() -> Array:
+    """Acceleration (6,) that the drives can give, the mast upwards [m/s², rad/s²]."""
+    weight = np.array([9.81, 0.0, 0.0, 0.0, 0.0, 0.0])
+    return joints.EFFORT / robot.nominal_inertias() - weight
+
+
+def _reference(time: Array) -> Array:
+    """Minimum-jerk motions (steps, 12) whose peak acceleration, 10 / sqrt(3) D / T², is DEMAND."""
+    duration = np.sqrt(10.0 / np.sqrt(3.0) * DISPLACEMENT / (DEMAND * _drives()))
+    x = np.clip(time[:, None] / duration, 0.0, 1.0)
+    q = DISPLACEMENT * x**3 * (10.0 + x * (6.0 * x - 15.0))
+    v = DISPLACEMENT * 30.0 * x**2 * (1.0 - x) ** 2 / duration
+    return np.hstack([q, v])
+
+
+def _move(time: Array, protection: str) -> Array:
+    gains = _gains(protection != "no clamp", _drives())
+    bounds, motion = ReferenceGovernor().array(), np.empty((time.size, 6))
+    governed = protection == "clamp and governor"
+    none = np.zeros((time.size, 6))
+    run_joints(_reference(time), none, gains, bounds, governed, PERIOD, motion)
+    return motion

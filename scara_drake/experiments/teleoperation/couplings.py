@@ -1,0 +1,301 @@
+"""The couplings of a bilateral teleoperation, over the named channels. Not in the paper.
+
+A hand on a simulated device presses 3 cm into the wall of Table 4 and lets go (scenario
+`bilateral`): free, without the wall; wall; and loss, the wall with a tenth of the packets lost
+beside what the channel loses. A sweep of the hand, pressed and free, then gives the impedance that
+is felt. Its figures are of `bilateral_metrics`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from rich.console import Console
+from rich.progress import track
+
+from scara_drake import metrics
+from scara_drake.channel.delays import ConstantDelay
+from scara_drake.channel.links import Channel, Link
+from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.presets import PRESETS
+from scara_drake.common import checks
+from scara_drake.coupling.tdpa import Tdpa
+from scara_drake.experiments.claim import Experiment, variable
+from scara_drake.experiments.teleoperation.couplings_claims import claims
+from scara_drake.metrics import bilateral as bilateral_metrics
+from scara_drake.operator.master import Master, Sweep
+from scara_drake.scenario import Scenario, load_scenario
+from scara_drake.simulation.run import simulate
+
+SCENARIO = "bilateral"
+COUPLINGS: Final = {
+    "direct": "!Direct {}",
+    "direct, force x 0.1": "!ScaledForce {}",
+    "P+d": "!PositionDamping {}",
+    "wave variables": "!WaveVariables {}",
+    "TDPA": "!Tdpa {}",
+    "TDPA, force x 0.1": "!Tdpa {force_scale: 0.1}",
+    "model-mediated": "!ModelMediated {}",
+}
+LINKS: Final[dict[str, Link]] = {
+    name: ConstantDelay(0.005) if name == "5 ms" else PRESETS[name].link
+    for name in (
+        "none",
+        "lan",
+        "5 ms",
+        "5g",
+        "4g",
+        "paper",
+        "paper_offset",
+        "satellite",
+        "paper_2s",
+    )
+}
+CASES: Final = ("free", "wall", "loss")
+LOSS = 0.1  # of the packets, in the case "loss"
+
+PRESS = (1.0, 2.0, 6.0, 7.0)  # [s], see `Master.times`
+SWING = 0.25  # ripple, over the force that the hand has for all of its way, of a stable press
+STEADY = 0.25  # last share of the hold, the steady part of the press; the first is a transient
+LAST = 0.5  # [s], end of the run, in which a drift is left
+AXIS = "y"
+BAND_SWEPT = (0.06, 16.0)  # [Hz]: it fades in and out beside `bilateral_metrics.BAND`
+AMPLITUDE = 5e-3  # of the sweep [m]
+SETTLE, FADE_OUT = 4.0, 4.0  # [s] before and after the sweep
+
+FIGURES: Final = {
+    "peak": ("N", "largest force at the master, before the limit of its actuators"),
+    "contact": ("1", "share of the steady part of the press in which the tool is touched"),
+    "position_error": ("m", "tool from master, delay removed, rms: pressing, or free all along"),
+    "drift": ("m", "tool from master, largest at the end of the run"),
+    "force_error": ("N", "force at the master from that at the tool, delay removed, rms, pressing"),
+    "ripple": ("N", "standard deviation of the force in the steady part of the press"),
+    "energy_margin": ("J", "least energy left in coupling and channel, with the reserve"),
+    "age_mean": ("s", "age of information, mean of both links"),
+    "age_p99": ("s", "age of information, 99th percentile of both links"),
+}
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run, or with `sweep` the pair of them that give the impedance."""
+
+    coupling: str
+    preset: str
+    case: str
+    seed: int
+    times: tuple[float, ...]  # [s]
+    duration: float  # [s]: of the run, or of the sweep
+    sweep: bool = False
+
+
+def run(
+    seed: int = 0,
+    couplings: Sequence[str] = tuple(COUPLINGS),
+    presets: Sequence[str] = tuple(LINKS),
+    cases: Sequence[str] = CASES,
+    times: Sequence[float] = PRESS,
+    duration: float = 12.0,
+    sweep_duration: float = 30.0,
+    jobs: int = 1,
+    progress: bool = False,
+) -> Experiment:
+    """Simulate each coupling over each channel in each case, and sweep those that are stable.
+
+    Raises:
+        ValueError: the run ends before the press is over.
+
+    Args:
+        seed: of jitter and loss.
+        couplings: of `COUPLINGS`.
+        presets: of `LINKS`.
+        cases: of `CASES`.
+        times: of the press: it starts, is there, is given up, is over [s].
+        duration: of a run [s].
+        sweep_duration: [s]; 0 for no sweeps.
+        jobs: processes.
+        progress: shows a bar.
+    """
+    checks.number("duration", duration, times[-1])
+    shape = (len(couplings), len(presets), len(cases))
+    cells = [(c, p, case) for c in couplings for p in presets for case in cases]
+    presses = [Job(*cell, seed, tuple(times), duration) for cell in cells]
+    results = list(_work(presses, jobs, progress, "presses"))
+    data = {
+        name: variable(
+            ("coupling", "preset", "case"),
+            np.reshape([result[name] for result in results], shape),
+            *FIGURES[name],
+        )
+        for name in FIGURES
+    }
+    stable = np.array([result["stable"] for result in results]).reshape(shape)
+    data["stable"] = variable(
+        ("coupling", "preset", "case"),
+        stable,
+        "1",
+        "the force rests in the steady part, and nothing but the hand moves the device",
+    )
+    data["transparency_error"], data["z_width"] = _transparency(
+        couplings,
+        presets,
+        np.all(stable, axis=2),
+        seed,
+        sweep_duration,
+        jobs,
+        progress,
+    )
+    coordinates = {"coupling": list(couplings), "preset": list(presets), "case": list(cases)}
+    attributes = {"seed": seed, "scenario": SCENARIO, "loss": LOSS}
+    dataset = xr.Dataset(data, coords=coordinates, attrs=attributes)
+    return Experiment("Couplings", dataset, claims(dataset))
+
+
+def _transparency(
+    couplings: Sequence[str],
+    presets: Sequence[str],
+    stable: np.ndarray,
+    seed: int,
+    duration: float,
+    jobs: int,
+    progress: bool,
+) -> list[xr.Variable]:
+    """Transparency error and Z-width (coupling, preset) [decades]; NaN where not `stable`."""
+    found = np.full((2, *stable.shape), np.nan)
+    if duration > 0.0:
+        where = np.argwhere(stable)
+        sweeps = [
+            Job(couplings[i], presets[j], "wall", seed, PRESS[:2], duration, sweep=True)
+            for i, j in where
+        ]
+        for (i, j), result in zip(where, _work(sweeps, jobs, progress, "sweeps"), strict=True):
+            found[:, i, j] = result["transparency_error"], result["z_width"]
+    names = ("|log10| of the impedance felt at the wall over the wall's, mean over 0.1 to 10 Hz",
+             "log10 of what the hand feels at the wall over that in free space, mean")  # fmt: skip
+    return [
+        variable(("coupling", "preset"), values, "decades", name)
+        for values, name in zip(found, names, strict=True)
+    ]
+
+
+def _work(
+    todo: Sequence[Job], jobs: int, progress: bool, title: str
+) -> Iterator[dict[str, float | bool]]:
+    """Yield the figures of each job, in order."""
+
+    def watched(results: Iterable[Any]) -> Iterator[Any]:
+        console = Console(stderr=True)
+        yield from track(results, title, len(todo), console=console, disable=not progress)
+
+    if jobs == 1:
+        yield from watched(map(figures, todo))
+    else:
+        # A fresh process: a fork of one with threads may hang.
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+            yield from watched(pool.map(figures, todo))
+
+
+def figures(job: Job) -> dict[str, float | bool]:
+    """Simulate one job, and return its figures by name."""
+    return sweep_figures(job) if job.sweep else press_figures(job)
+
+
+def scenario(job: Job) -> Scenario:
+    """Return the scenario of a job."""
+    made = load_scenario(SCENARIO, {"coupling": COUPLINGS[job.coupling], "seed": job.seed})
+    link = LINKS[job.preset]
+    if job.case == "loss":
+        link = lossy(link)
+    made.channel = Channel(up=link, down=link)
+    if job.case == "free":
+        made.environment.surfaces = []
+    return made
+
+
+def lossy(link: Link) -> Packets:
+    """Return a link as packets, of which `LOSS` are lost beside those that it loses anyway."""
+    if not isinstance(link, Packets):
+        return Packets(delay=link, loss=Loss(in_good=LOSS))
+    kept = 1.0 - LOSS
+    loss = dataclasses.replace(
+        link.loss,
+        in_good=1.0 - kept * (1.0 - link.loss.in_good),
+        in_bad=1.0 - kept * (1.0 - link.loss.in_bad),
+    )
+    return dataclasses.replace(link, loss=loss)
+
+
+def press_figures(job: Job) -> dict[str, float | bool]:
+    """Simulate a press, and return `FIGURES` and whether it was stable."""
+    pressing = scenario(job)
+    master, coupling = _master(pressing), pressing.coupling
+    master.times = list(job.times)
+    recording = simulate(pressing, duration=job.duration)
+    begin, end = job.times[1:3]
+    rest = STEADY * (end - begin)
+    steady = slice(end - rest, end)
+    held, resting = recording.sel(time=steady), recording.sel(time=slice(begin + rest, end))
+    position = bilateral_metrics.position_error(recording, coupling.position_scale)
+    if job.case != "free":
+        position = position.sel(time=steady)
+    force = bilateral_metrics.force_error(recording, coupling.force_scale)
+    left = bilateral_metrics.drift(recording, coupling.position_scale)
+    reserve = 2.0 * coupling.reserve if isinstance(coupling, Tdpa) else 0.0
+    ripple = bilateral_metrics.force_ripple(held)
+    way = float(np.linalg.norm(master.targets[1]))
+    thrown = 0.5 * master.hand_stiffness * way**2
+    ages = np.concatenate(
+        [bilateral_metrics.age_of_information(recording, link) for link in ("up", "down")]
+    )
+    return {
+        "stable": ripple < SWING * master.hand_stiffness * way
+        and not bilateral_metrics.is_driven(resting, master.mass, thrown),
+        "peak": bilateral_metrics.peak_force(recording),
+        "contact": bilateral_metrics.contact_share(held),
+        "position_error": float(metrics.rmse(position)),
+        "drift": float(left.sel(time=slice(job.duration - LAST, None)).max()),
+        "force_error": float(metrics.rmse(force.sel(time=steady))),
+        "ripple": ripple,
+        "energy_margin": bilateral_metrics.energy_margin(recording, reserve),
+        "age_mean": float(ages.mean()),
+        "age_p99": float(np.quantile(ages, 0.99)),
+    }
+
+
+def sweep_figures(job: Job) -> dict[str, float | bool]:
+    """Sweep the hand, pressed and free, and return the figures of the impedances."""
+    begin = job.times[1] + SETTLE
+    felt, shown = {}, {}
+    for case in ("wall", "free"):
+        swept = scenario(dataclasses.replace(job, case=case))
+        master = _master(swept)
+        goal = master.targets[1] if case == "wall" else [0.0, 0.0, 0.0]
+        master.times, master.targets = list(job.times), [[0.0, 0.0, 0.0], goal]
+        axis = "xyz".index(AXIS)
+        master.sweep = Sweep(axis, AMPLITUDE, *BAND_SWEPT, begin, job.duration)
+        if case == "wall":
+            (wall,) = swept.environment.surfaces
+        recording = simulate(swept, duration=begin + job.duration + FADE_OUT)
+        shown[case] = bilateral_metrics.impedance(recording, AXIS, begin)
+        felt[case] = bilateral_metrics.impedance(recording, AXIS, begin, "f_hand")
+    ideal = swept.coupling.impedance_scale * bilateral_metrics.wall_impedance(
+        shown["wall"].frequency, wall.stiffness, wall.damping
+    )
+    return {
+        "transparency_error": bilateral_metrics.decades(shown["wall"], ideal),
+        "z_width": bilateral_metrics.decades(felt["wall"], felt["free"], signed=True),
+    }
+
+
+def _master(made: Scenario) -> Master:
+    if not isinstance(made.operator, Master):
+        raise ValueError(f"{SCENARIO}: operator {made.operator}, allowed a Master")
+    return made.operator

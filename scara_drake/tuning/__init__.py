@@ -1,0 +1,1 @@
+"""Gain tuning: the search, what it costs, and where it may look."""
