@@ -29,7 +29,7 @@ from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.solvers import NloptSolver, SnoptSolver, SolverOptions
 
-from scara_drake import ik, joints, robot
+from scara_drake import ik, robot
 from scara_drake.common.resources import resource
 from scara_drake.ik import closed_form
 from scara_drake.ik.closed_form import MOST, nearest_kernel
@@ -38,6 +38,7 @@ from scara_drake.ik.inverse_jacobian import follow_kernel
 from scara_drake.ik.options import InverseJacobianOptions
 from scara_drake.ik.result import ROTATION_LENGTH
 from scara_drake.ik.robust import robust_kernel
+from scara_drake.joints import HOME
 
 # Drake's constraints are on squares, which its solvers keep to FEASIBLE [m²] only; so they aim at a
 # part of the tolerances. The disturbance of the targets is less than that part.
@@ -110,7 +111,7 @@ def _call(targets: Targets, one: One) -> Call:
 
 def pose_methods(targets: Targets) -> list[Solver]:
     """Our methods on single poses."""
-    arm: dict[str, Any] = {"joints": "arm", "q_seed": [MAST, *joints.HOME[1:]]}
+    arm: dict[str, Any] = {"joints": "arm", "q_seed": [MAST, *HOME[1:]]}
     arguments = arm if targets.arm else {}
 
     def public(method: str, **options: Any) -> Call:
@@ -121,7 +122,7 @@ def pose_methods(targets: Targets) -> list[Solver]:
 
     first_joint = 1 if targets.arm else 0
     p, R = _parts(targets)
-    start, work = np.array([MAST, *joints.HOME[1:]]), np.empty((MOST, 6))
+    start, work = np.array([MAST, *HOME[1:]]), np.empty((MOST, 6))
 
     def dpsoij_kernel(k: int) -> Array:
         q = np.empty(6)

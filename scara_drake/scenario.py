@@ -18,6 +18,7 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 from scara_drake import joints
 from scara_drake.channel.links import Channel
 from scara_drake.common import checks
+from scara_drake.common.fields import check
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import alternatives, check_schema
 from scara_drake.control.governor import ReferenceGovernor
@@ -106,7 +107,7 @@ class Scenario:
         for part in dataclasses.fields(self):
             value = getattr(self, part.name)
             if dataclasses.is_dataclass(value):
-                value.validate(part.name)  # type: ignore[union-attr]  # every part has one
+                check(value, part.name)
         self._check_together()
         # A controller of the user's own need not have a rule about its sampling.
         check_sampling = getattr(self.controller, "check_sampling", None)

@@ -8,10 +8,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
-from scara_drake import joints, robot
+from scara_drake import robot
 from scara_drake.control.governor import ReferenceGovernor, ReferenceGovernorSystem, govern
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
+from scara_drake.joints import EFFORT, MAX_SPEED
 from scara_drake.operator.joint_motion import JointMotion, JointMotionSource
 
 TS = 1e-3
@@ -148,7 +149,7 @@ def test_a_fast_motion_no_longer_overshoots(controller):
     overshoot, late = [], []
     for governor in (None, ReferenceGovernor()):
         state, desired, tau = Arm(motion, controller, governor).run(3.5)
-        assert (np.abs(tau[:, 1]) > joints.EFFORT[1]).sum() > 100
+        assert (np.abs(tau[:, 1]) > EFFORT[1]).sum() > 100
         overshoot.append(state[:, 1].max() - goal)
         late.append(abs(state[-1, 1] - goal))
         # It joins the source without a jump: never more than the source's own acceleration.
@@ -180,6 +181,6 @@ def test_the_defaults_leave_the_drives_most_of_their_effort():
     governor.validate("governor")
     assert isinstance(governor.make_system(TS), ReferenceGovernorSystem)
     weight = np.array([9.81, 0.0, 0.0, 0.0, 0.0, 0.0])
-    able = joints.EFFORT / robot.nominal_inertias() - weight
+    able = EFFORT / robot.nominal_inertias() - weight
     assert (governor.acceleration < 0.25 * able).all()
-    assert (governor.speed <= joints.MAX_SPEED).all()
+    assert (governor.speed <= MAX_SPEED).all()

@@ -16,8 +16,8 @@ from pydrake.systems.framework import Context
 from scara_drake.operator.haptics import (
     HapticMapping,
     HapticOutput,
+    haptics_step,
     impact_level,
-    step_haptics,
     sustained_level,
 )
 
@@ -30,7 +30,7 @@ def levels(forces: list[float], mapping: HapticMapping = MAPPING) -> np.ndarray:
     parameters, memory, rumble = mapping.parameters(), np.zeros(3), np.zeros(2)
     history = []
     for force in forces:
-        step_haptics(np.array([0.0, force, 0.0]), parameters, memory, rumble)
+        haptics_step(np.array([0.0, force, 0.0]), parameters, memory, rumble)
         history.append(rumble.copy())
     return np.array(history)
 
@@ -80,7 +80,7 @@ def test_levels_stay_in_range_and_within_the_slew_limits(forces: np.ndarray) -> 
     memory, rumble = np.zeros(3), np.zeros(2)
     for force in forces:
         before = rumble.copy()
-        step_haptics(force, PARAMETERS, memory, rumble)
+        haptics_step(force, PARAMETERS, memory, rumble)
         assert ((rumble >= 0.0) & (rumble <= 1.0)).all()
         change = rumble - before
         assert change.max() <= 8.0 / 30 + 1e-12

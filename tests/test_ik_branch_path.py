@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from scara_drake import ik, joints, kinematics
+from scara_drake import ik, kinematics
 from scara_drake.ik.kernels.branch_path import has_jump_kernel, smoothest_path_kernel
-
-LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
+from scara_drake.joints import HOME, LOWER, UPPER
 
 
 def generating_path(rng, scale, arm):
@@ -62,7 +61,7 @@ def test_without_a_seed_the_path_does_not_begin_where_it_cannot_go_on(joints):
     for _ in range(25):
         path = generating_path(rng, 1, joints == "arm")
         X = kinematics.forward_kinematics(path)
-        seed = joints.HOME.copy()
+        seed = HOME.copy()
         seed[0] = path[0, 0]
         answer = ik.solve_path(X, joints=joints, q_seed=seed if joints == "arm" else None)
         assert answer.success.all()
@@ -70,11 +69,11 @@ def test_without_a_seed_the_path_does_not_begin_where_it_cannot_go_on(joints):
 
 
 def test_a_point_without_a_solution_leaves_the_path_as_it_was():
-    X = kinematics.forward_kinematics(np.tile(joints.HOME, (3, 1)))
+    X = kinematics.forward_kinematics(np.tile(HOME, (3, 1)))
     X[1, :3, 3] += 9.0
     q = np.full((3, 6), 7.0)
     p, R = X[:, :3, 3].copy(), X[:, :3, :3].copy()
-    assert smoothest_path_kernel(p, R, 1, np.array(joints.HOME), True, q) == np.inf
+    assert smoothest_path_kernel(p, R, 1, np.array(HOME), True, q) == np.inf
     np.testing.assert_array_equal(q, 7.0)
 
 

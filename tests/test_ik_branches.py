@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from scara_drake import ik, joints, kinematics
+from scara_drake import ik, kinematics
 from scara_drake.ik.kernels.branches import mirror_kernel
 from scara_drake.ik.kernels.refine import refine_kernel, refine_position_first_kernel
-
-LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
+from scara_drake.joints import HOME, LOWER, UPPER
 
 
 def exhaustive(X, near, joints, task, restarts, seed):
@@ -51,7 +50,7 @@ def test_nearest_branch_is_that_of_an_exhaustive_search(joints, task):
         X = kinematics.forward_kinematics(q)
         if task == "position":
             X[:3, :3] = kinematics.rotation_from_intrinsic_xyz(rng.uniform(-np.pi, np.pi, 3))
-        near = joints.HOME.copy() if k % 2 else rng.uniform(LOWER, UPPER)
+        near = HOME.copy() if k % 2 else rng.uniform(LOWER, UPPER)
         if joints == "arm":
             near[0] = q[0]
         result = ik.solve(X, "dpso", joints, task, q_seed=near, seed=k, nearest_to=near)
@@ -68,7 +67,7 @@ def test_nearest_branch_is_that_of_an_exhaustive_search(joints, task):
 def test_the_answer_depends_on_the_seed_and_on_nothing_else():
     q = np.array([5.0, 0.4, 0.3, -0.5, 0.9, 0.2])
     X = kinematics.forward_kinematics(q)
-    a, b = (ik.solve(X, "dpso", q_seed=q, seed=3, nearest_to=joints.HOME) for _ in range(2))
+    a, b = (ik.solve(X, "dpso", q_seed=q, seed=3, nearest_to=HOME) for _ in range(2))
     assert a.q.tobytes() == b.q.tobytes()
     assert a.evaluations == b.evaluations
 

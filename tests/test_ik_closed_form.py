@@ -13,7 +13,6 @@ from scara_drake.ik.kernels.closed_form_mast import mast_branches_kernel
 from scara_drake.ik.kernels.refine import refine_kernel
 from scara_drake.joints import HOME, LOWER, UPPER
 
-LOWER, UPPER = np.array(LOWER), np.array(UPPER)
 HALF = np.pi / 2
 # The wrist on the axis of the mast: d3 + a4 sin θ4 = 0.
 ON_AXIS = -np.arcsin(kinematics.D3 / kinematics.A4)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
-from scara_drake import ik, joints, kinematics, robot
+from scara_drake import ik, kinematics, robot
 from scara_drake.__main__ import main
+from scara_drake.joints import HOME, JOINT_NAMES, LOWER, UPPER
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import ik_methods
@@ -110,14 +111,14 @@ def test_the_table(capsys):
 
 
 def test_a_file_of_poses_and_a_file_of_answers(capsys, tmp_path):
-    qs = np.random.default_rng(0).uniform(joints.LOWER, joints.UPPER, (5, 6))
+    qs = np.random.default_rng(0).uniform(LOWER, UPPER, (5, 6))
     poses = write_csv(tmp_path / "poses.csv", pose_rows(qs))
     status, out, _ = run_line(capsys, "--csv", poses, "--output", str(tmp_path / "q.csv"))
     assert status == 0
     assert "5 of 5 poses solved" in out
     with (tmp_path / "q.csv").open() as file:
         rows = list(csv.DictReader(file))
-    found = np.array([[float(row[name]) for name in joints.JOINT_NAMES] for row in rows])
+    found = np.array([[float(row[name]) for name in JOINT_NAMES] for row in rows])
     distance, angle = kinematics.pose_error(
         kinematics.forward_kinematics(qs), kinematics.forward_kinematics(found)
     )
@@ -130,11 +131,9 @@ def test_a_file_of_poses_and_a_file_of_answers(capsys, tmp_path):
 
 def test_a_path_is_followed_without_jumps(capsys, tmp_path):
     s = np.linspace(0.0, 1.0, 20)[:, np.newaxis]
-    qs = joints.HOME + s * np.array([0.3, 0.4, 0.3, -0.2, 0.3, 0.5])
+    qs = HOME + s * np.array([0.3, 0.4, 0.3, -0.2, 0.3, 0.5])
     poses = write_csv(tmp_path / "path.csv", pose_rows(qs))
-    found = answers(
-        capsys, "--csv", poses, "--path", "--q-seed", *(str(value) for value in joints.HOME)
-    )
+    found = answers(capsys, "--csv", poses, "--path", "--q-seed", *(str(value) for value in HOME))
     assert len(found) == 20
     q = np.array([answer["q"] for (answer,) in found])
     assert np.abs(np.diff(q, axis=0)).max() < 0.1
@@ -252,7 +251,7 @@ def test_a_file_of_a_spreadsheet(capsys, tmp_path):
 
 
 def test_the_forward_kinematics_of_the_benchmark():
-    q = np.random.default_rng(0).uniform(joints.LOWER, joints.UPPER, (200, 6))
+    q = np.random.default_rng(0).uniform(LOWER, UPPER, (200, 6))
     X = ik_targets.forward_kinematics(q)
     np.testing.assert_allclose(X, kinematics.forward_kinematics(q), atol=1e-14)
     other = q + 1e-3

@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from scara_drake import ik, joints, kinematics
+from scara_drake import ik, kinematics
 from scara_drake.ik.robust import robust_kernel, settle_kernel
-
-LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
+from scara_drake.joints import HOME, LOWER, UPPER
 
 
 def failures(n, first_joint, disturbed, seed):
@@ -24,7 +23,7 @@ def failures(n, first_joint, disturbed, seed):
         targets[:, :3, 3] += shift
         targets[:, :3, :3] = Rotation.from_rotvec(turn).as_matrix() @ targets[:, :3, :3]
     answers = np.empty((n, 6))
-    near = np.array(joints.HOME)
+    near = np.array(HOME)
     for k, X in enumerate(targets):
         near[0] = postures[k, 0]
         p, R = X[:3, 3].copy(), X[:3, :3].copy()

@@ -6,9 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform
 
-from scara_drake import ik, joints, kinematics
-
-LOWER, UPPER = joints.LOWER, joints.UPPER
+from scara_drake import ik, kinematics
+from scara_drake.joints import HOME, LOWER, UPPER
 
 # Table 5 of the paper, [mm] and [rad]; positions from the base of the arm, here 6 m up the mast.
 TABLE_5 = [
@@ -17,7 +16,7 @@ TABLE_5 = [
     ((-2, 820, -250), (1.57, 1.57, 0)),
     ((1620, 1620, -500), (-1.57, 0.78, 0.78)),
 ]
-AT_6_M = np.array([6.0, *joints.HOME[1:]])
+AT_6_M = np.array([6.0, *HOME[1:]])
 
 
 def table_5(number):
@@ -49,7 +48,7 @@ def confirm(result, X, task="pose"):
 def test_every_reachable_pose_is_solved(method, joints):
     for k, q in enumerate(postures(300, seed=1)):
         X = kinematics.forward_kinematics(q)
-        held = np.array([q[0], *joints.HOME[1:]])
+        held = np.array([q[0], *HOME[1:]])
         result = ik.solve(X, method=method, joints=joints, q_seed=held, seed=k)
         confirm(result, X)
         assert result.success
@@ -223,7 +222,7 @@ def test_a_rigid_transform_is_a_pose():
 
 
 def test_turns_lie_nearest_to_the_seed():
-    q = joints.HOME.copy()
+    q = HOME.copy()
     X = kinematics.forward_kinematics(q)
     for turns in (-1.0, 0.0, 1.0):
         near = q.copy()
@@ -265,7 +264,7 @@ def test_history_ends_at_the_answer():
         ({"q_seed": [np.nan] * 6}, "q_seed: d1 = nan"),
         ({"wings": 2}, "wings: not an option of dpsoij, allowed history, .*nearest_to"),
         ({"method": "inverse_jacobian", "starts": 2}, "starts: not an option of inverse_jacobian"),
-        ({"nearest_to": joints.HOME, "polish": False}, "polish: False, allowed True"),
+        ({"nearest_to": HOME, "polish": False}, "polish: False, allowed True"),
         ({"nearest_to": np.zeros(5)}, "nearest_to: 5 entries, allowed 6"),
         ({"X_WE": np.eye(3)}, r"X_WE: shape \(3, 3\), allowed \(4, 4\)"),
         ({"X_WE": np.diag([1.0, 1.0, -1.0, 1.0])}, "X_WE: not a rigid transform"),
@@ -281,8 +280,8 @@ def test_bad_input_is_refused_in_one_line(arguments, message):
 
 
 def test_a_seed_outside_by_rounding_is_clipped():
-    q = np.array([2.5 - 1e-9, *joints.HOME[1:]])
-    X = kinematics.forward_kinematics(joints.HOME)
+    q = np.array([2.5 - 1e-9, *HOME[1:]])
+    X = kinematics.forward_kinematics(HOME)
     assert ik.solve(X, q_seed=q, joints="arm", task="position").q[0] == 2.5
 
 

@@ -5,6 +5,7 @@ from leaf import outputs, ports, tick
 from scara_drake import kinematics
 from scara_drake.ik import solve
 from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem, first_posture
+from scara_drake.joints import HOME, LOWER, UPPER
 from scara_drake.operator.mapping import JoystickMapping, initial_command
 from scara_drake.vectors import pose_matrix
 
@@ -52,7 +53,7 @@ def test_the_first_posture_is_on_the_branch_nearest_home(joints, task):
         command = COMMAND.copy()
         command[:3] += rng.uniform(-0.3, 0.3, 3)
         config = InverseKinematics(joints=joints, task=task)
-        home = joints.HOME.copy()
+        home = HOME.copy()
         home[0] = command[7]
         answer = first_posture(config, command, seed=0)
         _, angle = kinematics.pose_error(
@@ -60,7 +61,7 @@ def test_the_first_posture_is_on_the_branch_nearest_home(joints, task):
         )
         distance = np.linalg.norm(answer - home)
         for _ in range(60):
-            start = rng.uniform(joints.LOWER, joints.UPPER)
+            start = rng.uniform(LOWER, UPPER)
             start[0] = command[7]
             other = solve(
                 pose_matrix(command),

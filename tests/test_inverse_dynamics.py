@@ -10,9 +10,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from scara_drake import joints, kinematics, load_scenario, robot, simulate
+from scara_drake import kinematics, load_scenario, robot, simulate
 from scara_drake.control.inverse_dynamics import InverseDynamics, integrate_error
 from scara_drake.diagram import make_diagram
+from scara_drake.joints import EFFORT, HOME, LOWER, UPPER
 
 TS = 1e-3
 
@@ -38,7 +39,7 @@ def held(controller, q0=None, **model):
     """A scenario with the arm held at rest by a controller."""
     scenario = load_scenario("joint_sine", {"operator.amplitude": 0.0})
     scenario.operator.displacement = [0.0] * 6
-    scenario.operator.base = joints.HOME.tolist()
+    scenario.operator.base = HOME.tolist()
     scenario.controller = controller
     scenario.q0 = None if q0 is None else list(q0)
     for name, value in model.items():
@@ -59,7 +60,7 @@ def test_the_effort_is_drakes_inverse_dynamics_of_the_commanded_acceleration(pla
     system = gains.make_system(TS)
     context = system.CreateDefaultContext()
     rng = np.random.default_rng(0)
-    for q in rng.uniform(joints.LOWER, joints.UPPER, (20, 6)):
+    for q in rng.uniform(LOWER, UPPER, (20, 6)):
         state = np.concatenate([q, rng.normal(0, 0.5, 6)])
         error = rng.normal(0, [2e-3] * 6 + [0.1] * 6)
         system.GetInputPort("state").FixValue(context, state)
@@ -69,7 +70,7 @@ def test_the_effort_is_drakes_inverse_dynamics_of_the_commanded_acceleration(pla
         np.testing.assert_allclose(
             commanded, inverse_dynamics(plant, state, a), rtol=1e-9, atol=1e-6
         )
-        limited = np.clip(commanded, -joints.EFFORT, joints.EFFORT)
+        limited = np.clip(commanded, -EFFORT, EFFORT)
         np.testing.assert_array_equal(system.GetOutputPort("actuation").Eval(context), limited)
 
 
@@ -111,8 +112,8 @@ def test_the_integral_takes_away_what_an_unknown_payload_leaves(plant):
         last[ki] = np.abs(run.q_desired - run.q_measured)[-1]
     # Without it the weight, led to the joints, is held by M kp e.
     context = plant.CreateDefaultContext()
-    plant.SetPositions(context, joints.HOME)
-    weight = kinematics.jacobian(joints.HOME)[5] * 20.0 * 9.81
+    plant.SetPositions(context, HOME)
+    weight = kinematics.jacobian(HOME)[5] * 20.0 * 9.81
     expected = np.linalg.solve(plant.CalcMassMatrix(context), weight) / 14000.0
     np.testing.assert_allclose(last[0.0], np.abs(expected), rtol=0.02, atol=1e-6)
     assert (last[2e5] < 0.01 * np.abs(expected).max()).all()
@@ -122,7 +123,7 @@ def test_gains_at_the_limit_of_the_rule_settle_and_beyond_it_chatter():
     speeds = {}
     for kd in (1900.0, 2100.0):
         controller = InverseDynamics(kp=[1e4] * 6, ki=[0.0] * 6, kd=[kd] * 6)
-        scenario = held(controller, joints.HOME + 1e-5)
+        scenario = held(controller, HOME + 1e-5)
         if kd < 2000.0:
             controller.check_sampling("controller", TS)
         else:
@@ -154,7 +155,7 @@ def test_the_nominal_robot_lives_as_long_as_the_controller():
     gc.collect()
     system = diagram.GetSubsystemByName("controller")
     context = system.CreateDefaultContext()
-    state = np.concatenate([joints.HOME, np.zeros(6)])
+    state = np.concatenate([HOME, np.zeros(6)])
     system.GetInputPort("state").FixValue(context, state)
     system.GetInputPort("state_desired").FixValue(context, state)
     effort = system.GetOutputPort("actuation").Eval(context)
@@ -165,7 +166,7 @@ def test_the_nominal_robot_lives_as_long_as_the_controller():
 def test_what_is_not_a_number_stops_the_run_and_names_port_and_time(port):
     builder = DiagramBuilder()
     system = builder.AddNamedSystem("controller", InverseDynamics().make_system(TS))
-    good = np.concatenate([joints.HOME, np.zeros(6)])
+    good = np.concatenate([HOME, np.zeros(6)])
     bad = good.copy()
     bad[3] = np.nan
     for name in ("state", "state_desired"):
@@ -195,7 +196,7 @@ def test_the_integral_sums_the_error_and_holds_at_the_limit():
 def test_an_effort_at_its_limit_does_not_wind_the_integral_up():
     # The reference steps by 0.3 rad: the drives are at their limits, and overshoot even without.
     overshoot = []
-    start = joints.HOME + np.array([0.0, 0.3, 0.0, 0.0, 0.0, 0.0])
+    start = HOME + np.array([0.0, 0.3, 0.0, 0.0, 0.0, 0.0])
     for ki in (0.0, 2e5):
         run = simulate(held(InverseDynamics(ki=[ki] * 6), start), duration=1.5)
         assert int((run.tau_applied != run.tau_commanded).sum()) > 100

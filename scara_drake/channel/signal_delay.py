@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake.common import checks
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Memory
+from scara_drake.common.fields import check
 
 Array = NDArray[np.float64]
 
@@ -80,21 +80,21 @@ def push_and_read(ring: Array, sent: Array, age: float, received: Array) -> None
 
 
 @njit(cache=True)
-def step_delay(
-    parameters: Array,
+def delay_step(
     t: float,
+    signal_sent: Array,
+    law: Array,
     period: float,
-    sent: Array,
     ring: Array,
-    received: Array,
+    signal_received: Array,
     delay: Array,
 ) -> None:
     """One tick of `SignalDelay`, in place: the delay (1,) [s], the ring and the received (n,)."""
-    delay[0] = delay_at(parameters, t)
-    age = delay[0] / period
+    delay[:] = delay_at(law, t)
+    age = delay.item() / period
     if abs(age - round(age)) < 1e-9:  # a delay of whole ticks reads samples as they were sent
         age = float(round(age))
-    push_and_read(ring, sent, age, received)
+    push_and_read(ring, signal_sent, age, signal_received)
 
 
 def check_signal(initial: ArrayLike, period: float) -> Array:
@@ -110,7 +110,7 @@ def check_signal(initial: ArrayLike, period: float) -> Array:
     return first
 
 
-class SignalDelay(LeafSystem):
+class SignalDelay(Block):
     """Delays a signal by a time that varies.
 
     Ports:
@@ -141,25 +141,20 @@ class SignalDelay(LeafSystem):
     """
 
     def __init__(self, delay: Law, initial: ArrayLike, period: float = 1e-3) -> None:
-        super().__init__()
-        delay.validate("delay")
+        check(delay, "delay")
         first = check_signal(initial, period)
-        self._parameters = delay.parameters()
-        self._period = period
+        law = delay.parameters()
         rows = math.ceil(delay.maximum() / period) + 1
-        self._sent = self.DeclareVectorInputPort("signal_sent", first.size)
-        self._received = declare_state(self, first, "signal_received")
-        self._delay = declare_state(self, [delay_at(self._parameters, 0.0)], "delay")
-        self._ring = declare_state(self, np.concatenate([[0.0], np.tile(first, rows)]))
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
-
-    def _step(self, context: Context, discrete: DiscreteValues) -> None:
-        step_delay(
-            self._parameters,
-            context.get_time(),
-            self._period,
-            self._sent.Eval(context),
-            discrete.get_mutable_value(self._ring),
-            discrete.get_mutable_value(self._received),
-            discrete.get_mutable_value(self._delay),
+        super().__init__(
+            Declaration(
+                inputs={"signal_sent": Input(first.size)},
+                memory={
+                    "signal_received": Memory(first, port=True),
+                    "delay": Memory([delay_at(law, 0.0)], port=True),
+                    "ring": Memory(np.concatenate([[0.0], np.tile(first, rows)])),
+                },
+                parameters={"law": law, "period": period},
+                period=period,
+                update=delay_step,
+            )
         )

@@ -19,8 +19,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from scara_drake import ik, joints, kinematics
+from scara_drake import ik, kinematics
 from scara_drake.common import checks
+from scara_drake.joints import HOME, JOINT_NAMES
 
 Array = NDArray[np.float64]
 
@@ -89,7 +90,7 @@ def add_parser(commands: Any) -> None:
         "--q-seed",
         nargs=6,
         type=float,
-        metavar=tuple(joints.JOINT_NAMES),
+        metavar=tuple(JOINT_NAMES),
         help="posture where the search starts [m, rad]",
     )
     way.add_argument("--seed", type=int, default=0, help="of the random draws (default 0)")
@@ -227,7 +228,7 @@ def _solve(options: argparse.Namespace, poses: Array) -> list[list[ik.IkResult]]
     X_WEs[:, :3, 3] = poses[:, :3]
     q_seed = options.q_seed
     if options.mast is not None:
-        q_seed = [options.mast, *(q_seed or joints.HOME)[1:]]
+        q_seed = [options.mast, *(q_seed or HOME)[1:]]
     where: dict[str, Any] = {"joints": options.joints, "q_seed": q_seed}
     if options.all:
         return [_every_solution(X_WE, **where) for X_WE in X_WEs]
@@ -295,7 +296,7 @@ def _write_csv(path: Path, poses: Array, answers: list[list[ik.IkResult]]) -> No
     results = ("position_error", "rotation_error", "success", "reason", "evaluations")
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow([*COLUMNS, *joints.JOINT_NAMES, *results])
+        writer.writerow([*COLUMNS, *JOINT_NAMES, *results])
         for pose, found in zip(poses.tolist(), answers, strict=True):
             for answer in found:
                 fields = _fields(answer)
@@ -310,7 +311,7 @@ def _table(title: str, answers: list[list[ik.IkResult]]) -> Table:
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )
-    headings = ["#", "d1\n[m]", *(f"{name}\n[rad]\n[deg]" for name in joints.JOINT_NAMES[1:])]
+    headings = ["#", "d1\n[m]", *(f"{name}\n[rad]\n[deg]" for name in JOINT_NAMES[1:])]
     for heading in [*headings, "error\n[mm]\n[mrad]"]:
         table.add_column(Text(heading), justify="right", no_wrap=True)
     table.add_column("result\n\nevaluations")

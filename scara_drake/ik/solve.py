@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake import joints, kinematics
+from scara_drake import kinematics
 from scara_drake.common import checks
 from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian
 from scara_drake.ik.options import (
@@ -33,6 +33,7 @@ from scara_drake.ik.result import (
     Problem,
 )
 from scara_drake.ik.target import confirm, confirm_kernel, make_problem
+from scara_drake.joints import LOWER, UPPER
 
 Array = NDArray[np.float64]
 
@@ -188,7 +189,7 @@ def _method(name: str) -> Method:
 
 def _diagnose(problem: Problem) -> str:
     """Why a target was not met: geometry first, then a search of its own for a counterexample."""
-    low, high = joints.LOWER[0], joints.UPPER[0]
+    low, high = LOWER[0], UPPER[0]
     if problem.first_joint == 1:
         low = high = problem.start[0]
     # The beam stays horizontal: the rest must bridge what is left from its end.

@@ -13,11 +13,11 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from scara_drake import joints
 from scara_drake.common import checks
 from scara_drake.common.state import declare_state
 from scara_drake.ik import servo
 from scara_drake.ik.solve import METHODS, solve
+from scara_drake.joints import HOME, LOWER, MAX_SPEED, UPPER, check_configuration
 from scara_drake.kinematics import tool_kinematics_kernel
 from scara_drake.vectors import pose_matrix, pose_vector
 
@@ -85,7 +85,7 @@ class InverseKinematics:
                 self.max_acceleration,
                 self.max_turn_rate,
                 self.max_turn_acceleration,
-                joints.MAX_SPEED[0],
+                MAX_SPEED[0],
                 self.mast_acceleration,
                 self.bandwidth,
                 self.position_gain,
@@ -101,8 +101,8 @@ def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> A
     Raises:
         ValueError: the first command cannot be reached.
     """
-    near = joints.HOME.copy()
-    near[0] = np.clip(np.asarray(command)[7], joints.LOWER[0], joints.UPPER[0])
+    near = HOME.copy()
+    near[0] = np.clip(np.asarray(command)[7], LOWER[0], UPPER[0])
     method = FOLLOWERS.get(config.method, config.method)
     options = {"nearest_to": near} if method in SWARMS else {}
     result = solve(
@@ -153,12 +153,12 @@ class InverseKinematicsSystem(LeafSystem):
         self._mast_follows = config.joints == "arm"
         self._position_first = config.task == "position"
         self._settings = config.settings(period)
-        self._limits = np.array([joints.LOWER, joints.UPPER, joints.MAX_SPEED])
+        self._limits = np.array([LOWER, UPPER, MAX_SPEED])
 
         if q_start is None:
             q = first_posture(config, first_command, seed)
         else:
-            q = joints.check_configuration("q_start", q_start)
+            q = check_configuration("q_start", q_start)
         limiter = limiter_at(q)
         self._command = self.DeclareVectorInputPort("tool_command", 8)
         self._desired = declare_state(self, np.concatenate([q, np.zeros(6)]), "state_desired")

@@ -7,15 +7,18 @@ at an impact (event-based haptics).
 """
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context
 
 from scara_drake.common import checks
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Memory
+from scara_drake.common.fields import check, number
+from scara_drake.common.layout import Cell, Layout
 from scara_drake.operator.devices import Device
 
 Array = NDArray[np.float64]
@@ -27,93 +30,137 @@ PUBLISH_OFFSET = 1e-3  # [s]
 
 @dataclass
 class HapticMapping:
-    """How the force shakes the joystick; motor levels are 0..1."""
+    """How the force shakes the joystick; motor levels are 0..1.
 
-    force_threshold: float = 5.0  # [N], where the low motor starts
-    release_ratio: float = 0.8  # of the threshold, where it stops
-    force_full: float = 250.0  # [N], where it is at its highest
-    curvature: float = 20.0  # of the logarithm; small is nearly linear
-    level_minimum: float = 0.12  # at the threshold: less does not turn such a motor
-    impact_threshold: float = 300.0  # [N/s], where the high motor starts
-    impact_full: float = 6000.0  # [N/s], where it is at its highest
-    burst_time: float = 0.08  # [s], time constant of a burst's decay
-    slew_up: float = 8.0  # [1/s], fastest rise of a level
-    slew_down: float = 20.0  # [1/s], fastest fall
-    period: float = 0.033  # [s], about 30 Hz, on the ticks of the 1 kHz loop
+    Attributes:
+        force_threshold: where the low motor starts.
+        release_ratio: of the threshold, where it stops.
+        force_full: where it is at its highest.
+        curvature: of the logarithm; small is nearly linear.
+        level_minimum: at the threshold: less does not turn such a motor.
+        impact_threshold: rate of the force where the high motor starts.
+        impact_full: where it is at its highest.
+        burst_time: time constant of a burst's decay.
+        slew_up: fastest rise of a level.
+        slew_down: fastest fall.
+        period: about 30 Hz, on the ticks of the 1 kHz loop.
+    """
 
-    def validate(self, name: str) -> None:
-        """Check the fields.
+    force_threshold: float = number(5.0, "N", 0.0, 1e5)
+    release_ratio: float = number(0.8, "1", 0.0, 1.0)
+    force_full: float = number(250.0, "N", 1e-3, 1e6)
+    curvature: float = number(20.0, "1", 1e-3, 1e4)
+    level_minimum: float = number(0.12, "1", 0.0, 1.0)
+    impact_threshold: float = number(300.0, "N/s", 0.0, 1e8)
+    impact_full: float = number(6000.0, "N/s", 1e-3, 1e9)
+    burst_time: float = number(0.08, "s", 1e-3, 1.0)
+    slew_up: float = number(8.0, "1/s", 0.1, 1e3)
+    slew_down: float = number(20.0, "1/s", 0.1, 1e3)
+    period: float = number(0.033, "s", 0.01, 0.1)
+
+    def check_together(self, name: str) -> None:
+        """Check that a motor is at its highest above where it starts.
 
         Raises:
-            ValueError: one line that names the field, its value and what is allowed.
+            ValueError: it is not.
         """
-        checks.number(f"{name}.force_threshold", self.force_threshold, 0.0, 1e5)
-        checks.number(f"{name}.release_ratio", self.release_ratio, 0.0, 1.0)
-        lowest = max(1.001 * self.force_threshold, 1e-3)
+        lowest = 1.001 * self.force_threshold
         checks.number(f"{name}.force_full", self.force_full, lowest, 1e6)
-        checks.number(f"{name}.curvature", self.curvature, 1e-3, 1e4)
-        checks.number(f"{name}.level_minimum", self.level_minimum, 0.0, 1.0)
-        checks.number(f"{name}.impact_threshold", self.impact_threshold, 0.0, 1e8)
-        lowest = max(1.001 * self.impact_threshold, 1e-3)
+        lowest = 1.001 * self.impact_threshold
         checks.number(f"{name}.impact_full", self.impact_full, lowest, 1e9)
-        checks.number(f"{name}.burst_time", self.burst_time, 1e-3, 1.0)
-        checks.number(f"{name}.slew_up", self.slew_up, 0.1, 1e3)
-        checks.number(f"{name}.slew_down", self.slew_down, 0.1, 1e3)
-        checks.number(f"{name}.period", self.period, 0.01, 0.1)
 
     def parameters(self) -> Array:
-        """The fields in their order (11,), for the kernels."""
-        return np.array(astuple(self), dtype=np.float64)
+        """Return the fields as `mapping_of` reads them."""
+        return MAPPING.pack(**asdict(self))
+
+
+class Mapping(NamedTuple):
+    """`HapticMapping` in a kernel."""
+
+    force_threshold: float
+    release_ratio: float
+    force_full: float
+    curvature: float
+    level_minimum: float
+    impact_threshold: float
+    impact_full: float
+    burst_time: float
+    slew_up: float
+    slew_down: float
+    period: float
+
+
+class Sensation(NamedTuple):
+    """Memory of the mapping.
+
+    Attributes:
+        force: last |force| [N].
+        engaged: 1 while the low motor is engaged, or 0.
+        burst: level 0..1.
+    """
+
+    force: Cell
+    engaged: Cell
+    burst: Cell
+
+
+MAPPING = Layout(Mapping)
+SENSATION = Layout(Sensation, force=(), engaged=(), burst=())
+mapping_of = MAPPING.reader()
+sensation_of = SENSATION.reader()
 
 
 @njit(cache=True)
-def sustained_level(force: float, parameters: Array) -> float:
+def sustained_level(force: float, mapping: Array) -> float:
     """Level 0..1 of the low motor for a force [N] that has passed the threshold.
 
     ``I_min + (1 - I_min) ln(1 + mu x) / ln(1 + mu)``, with x the force from its threshold (0) to
     full (1), clipped.
     """
-    threshold, full, mu, lowest = parameters[0], parameters[2], parameters[3], parameters[4]
-    x = min(max((force - threshold) / (full - threshold), 0.0), 1.0)
-    return lowest + (1.0 - lowest) * math.log1p(mu * x) / math.log1p(mu)
+    p = mapping_of(mapping)
+    x = min(max((force - p.force_threshold) / (p.force_full - p.force_threshold), 0.0), 1.0)
+    share = math.log1p(p.curvature * x) / math.log1p(p.curvature)
+    return p.level_minimum + (1.0 - p.level_minimum) * share
 
 
 @njit(cache=True)
-def impact_level(rate: float, parameters: Array) -> float:
+def impact_level(rate: float, mapping: Array) -> float:
     """Level 0..1 of the high motor for a rate of force [N/s]: linear from its threshold."""
-    threshold, full = parameters[5], parameters[6]
-    return min(max((abs(rate) - threshold) / (full - threshold), 0.0), 1.0)
+    p = mapping_of(mapping)
+    travel = (abs(rate) - p.impact_threshold) / (p.impact_full - p.impact_threshold)
+    return min(max(travel, 0.0), 1.0)
 
 
 @njit(cache=True)
-def step_haptics(force: Array, parameters: Array, memory: Array, rumble: Array) -> None:
+def haptics_step(f_haptic: Array, mapping: Array, sensation: Array, rumble: Array) -> None:
     """One tick of the mapping, in place; a force that is not finite counts as none.
 
     Args:
-        force: (3,) [N].
-        parameters: (11,), of `HapticMapping.parameters`.
-        memory: (3,): last |force| [N], 1 while the low motor is engaged or 0, burst level 0..1.
+        f_haptic: (3,) [N].
+        mapping: of `HapticMapping.parameters`.
+        sensation: memory, see `Sensation`.
         rumble: (2,): low and high level 0..1.
     """
-    period = parameters[10]
-    magnitude = math.sqrt(force[0] ** 2 + force[1] ** 2 + force[2] ** 2)
+    p, m = mapping_of(mapping), sensation_of(sensation)
+    fx, fy, fz = f_haptic
+    magnitude = math.sqrt(fx**2 + fy**2 + fz**2)
     known = math.isfinite(magnitude)
     if not known:
         magnitude = 0.0
-    impact = impact_level((magnitude - memory[0]) / period, parameters) if known else 0.0
-    keep = parameters[0] * (parameters[1] if memory[1] > 0.0 else 1.0)
-    memory[0] = magnitude
-    memory[1] = 1.0 if magnitude >= keep and magnitude > 0.0 else 0.0
-    memory[2] = max(impact, memory[2] * math.exp(-period / parameters[7]))
-    if memory[2] < 1e-3:
-        memory[2] = 0.0
-    low = sustained_level(magnitude, parameters) if memory[1] > 0.0 else 0.0
-    up, down = parameters[8] * period, parameters[9] * period
-    rumble[0] += min(max(low - rumble[0], -down), up)
-    rumble[1] += min(max(memory[2] - rumble[1], -down), up)
+    impact = impact_level((magnitude - m.force[()]) / p.period, mapping) if known else 0.0
+    keep = p.force_threshold * (p.release_ratio if m.engaged[()] > 0.0 else 1.0)
+    m.force[()] = magnitude
+    m.engaged[()] = 1.0 if magnitude >= keep and magnitude > 0.0 else 0.0
+    m.burst[()] = max(impact, m.burst[()] * math.exp(-p.period / p.burst_time))
+    if m.burst[()] < 1e-3:
+        m.burst[()] = 0.0
+    low = sustained_level(magnitude, mapping) if m.engaged[()] > 0.0 else 0.0
+    up, down = p.slew_up * p.period, p.slew_down * p.period
+    for motor, level in enumerate((low, m.burst[()])):
+        rumble[motor] += min(max(level - rumble[motor], -down), up)
 
 
-class HapticOutput(LeafSystem):
+class HapticOutput(Block):
     """Turns the contact force into the levels of a joystick's motors, and shakes a device.
 
     Ports:
@@ -136,27 +183,21 @@ class HapticOutput(LeafSystem):
     """
 
     def __init__(self, mapping: HapticMapping, device: Device | None = None) -> None:
-        super().__init__()
-        mapping.validate("mapping")
-        self._parameters = mapping.parameters()
+        check(mapping, "mapping")
+        super().__init__(
+            Declaration(
+                inputs={"f_haptic": Input(3)},
+                memory={"rumble": Memory(2, port=True), "sensation": Memory(SENSATION.size)},
+                parameters={"mapping": mapping.parameters()},
+                period=mapping.period,
+                update=haptics_step,
+            )
+        )
         self._device = device
-        self._force = self.DeclareVectorInputPort("f_haptic", 3)
-        self._memory = declare_state(self, 3)
-        self._levels = declare_state(self, 2, "rumble")
-        self._rumble = self.GetOutputPort("rumble")
-        self.DeclarePeriodicDiscreteUpdateEvent(mapping.period, 0.0, self._step)
         if device is not None:
             self.DeclarePeriodicPublishEvent(mapping.period, PUBLISH_OFFSET, self._shake)
 
-    def _step(self, context: Context, discrete: DiscreteValues) -> None:
-        step_haptics(
-            self._force.Eval(context),
-            self._parameters,
-            discrete.get_mutable_value(self._memory),
-            discrete.get_mutable_value(self._levels),
-        )
-
     def _shake(self, context: Context) -> None:
         if self._device is not None:
-            low, high = self._rumble.Eval(context)
+            low, high = self.GetOutputPort("rumble").Eval(context)
             self._device.rumble(low, high, PULSE)

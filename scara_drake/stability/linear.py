@@ -31,8 +31,8 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.primitives import ConstantVectorSource, Linearize
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from scara_drake import joints
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
+from scara_drake.joints import check_configuration
 from scara_drake.robot import RobotModel, add_scara
 
 Array = NDArray[np.float64]
@@ -124,7 +124,7 @@ def linearise(
     Raises:
         ValueError: q is not a posture within the ranges.
     """
-    q = joints.check_configuration("q", q)
+    q = check_configuration("q", q)
     gains = controller.array()
     plant = plant if plant is not None else continuous_plant(model)
     builder = DiagramBuilder()

@@ -14,9 +14,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake import ik, joints, kinematics
+from scara_drake import ik, kinematics
 from scara_drake.experiments.claim import variable
 from scara_drake.experiments.inverse_kinematics.postures import REFERENCE_HEIGHT, home
+from scara_drake.joints import JOINT_NAMES, LOWER, UPPER
 
 Array = NDArray[np.float64]
 
@@ -50,11 +51,11 @@ def joint_paths(seed: int, paths: int) -> Array:
     q = np.empty((paths, POINTS, 6))
     s = np.linspace(0.0, 3.0, POINTS)
     for path in q:
-        centre = 0.8 * generator.uniform(joints.LOWER, joints.UPPER)
-        centre += 0.1 * (joints.LOWER + joints.UPPER)
+        centre = 0.8 * generator.uniform(LOWER, UPPER)
+        centre += 0.1 * (LOWER + UPPER)
         knots = centre + generator.uniform(-SPREAD, SPREAD, (4, 6))
         cubics = [np.polyval(np.polyfit(range(4), knot, 3), s) for knot in knots.T]
-        path[:] = np.clip(np.column_stack(cubics), joints.LOWER, joints.UPPER)
+        path[:] = np.clip(np.column_stack(cubics), LOWER, UPPER)
     q[:, :, 0] = REFERENCE_HEIGHT
     return q
 
@@ -105,7 +106,7 @@ def follow(methods: Sequence[str], seed: int, paths: int) -> xr.Dataset:
             "solver": list(methods),
             "path": np.arange(paths),
             "point": np.arange(1, POINTS + 1),
-            "joint": list(joints.JOINT_NAMES),
+            "joint": list(JOINT_NAMES),
         },
         attrs={"seed": seed, "mast_height": REFERENCE_HEIGHT},
     )

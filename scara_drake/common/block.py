@@ -1,0 +1,240 @@
+"""Blocks: LeafSystems that are declared once, as data.
+
+A block says its inputs, its memory, its parameters, its period and its kernels. A kernel is a plain
+function on arrays, compiled or not, whose arguments are named: after an input, a memory, a
+parameter, or ``t`` for the time. So the declaration is all that anybody needs to run a block: from
+it `Block` makes the ports, the events and the first values of a LeafSystem, and other executions
+can be made of the same.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.systems.framework import (
+    DependencyTicket,
+    DiscreteStateIndex,
+    InputPort,
+    LeafSystem,
+)
+
+from scara_drake.common.finite import all_finite, check_finite
+
+Array = NDArray[np.float64]
+Kernel = Callable[..., None]
+
+TIME = "t"
+ENABLED = 0.5  # an enable input from here on lets the block run
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input port.
+
+    Attributes:
+        size: of its vector.
+        finite: NaN or infinity on it stops the run.
+        default: what the kernels read where the port is not connected; None: it must be.
+    """
+
+    size: int
+    finite: bool = False
+    default: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Memory:
+    """A group of discrete state.
+
+    Attributes:
+        initial: first values (n,), or n for zeros.
+        port: an output port of the same name shows it.
+    """
+
+    initial: ArrayLike | int
+    port: bool = False
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output port that is worked out when it is asked for.
+
+    Attributes:
+        size: of its vector.
+        kernel: writes the argument of the port's name from what the others name; memory is only
+            read.
+    """
+
+    size: int
+    kernel: Kernel
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What a block is.
+
+    Attributes:
+        inputs: by name, in the order of the ports.
+        memory: by name, in the order of the state, and of the ports that show it.
+        outputs: by name; their ports come after those of the memory.
+        parameters: by name: arrays and numbers that never change.
+        period: [s], of the updates; 0 for none.
+        update: kernel of an update, writes memory in place.
+        initialize: kernel of the start, if the first values depend on the inputs.
+        enable: name of an input; while it is below one half, `rest` stands in for `update` and for
+            `initialize`.
+        rest: kernel of an update that is not enabled.
+        with_plant: it is updated together with the step of a sampled plant, before the others, and
+            reads what the plant showed before that step.
+    """
+
+    inputs: Mapping[str, Input] = field(default_factory=dict)
+    memory: Mapping[str, Memory] = field(default_factory=dict)
+    outputs: Mapping[str, Output] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    period: float = 0.0
+    update: Kernel | None = None
+    initialize: Kernel | None = None
+    enable: str = ""
+    rest: Kernel | None = None
+    with_plant: bool = False
+
+
+def arguments_of(kernel: Kernel) -> list[str]:
+    """Return the names of a kernel's arguments, compiled or not."""
+    return list(inspect.signature(getattr(kernel, "py_func", kernel)).parameters)
+
+
+class Block(LeafSystem):
+    """A LeafSystem made of its declaration; see the subclass for its ports.
+
+    Args:
+        declaration: kept as `declaration`.
+
+    Raises:
+        ValueError: a kernel has an argument that the declaration does not name.
+    """
+
+    def __init__(self, declaration: Declaration) -> None:
+        super().__init__()
+        self.declaration = declaration
+        self._inputs = {
+            name: self.DeclareVectorInputPort(name, port.size)
+            for name, port in declaration.inputs.items()
+        }
+        # Plain ints: Drake takes them faster than its own index type, twenty times a tick.
+        self._groups = {
+            name: int(self.DeclareDiscreteState(memory.initial))
+            for name, memory in declaration.memory.items()
+        }
+        for name, memory in declaration.memory.items():
+            if memory.port:
+                self.DeclareStateOutputPort(name, DiscreteStateIndex(self._groups[name]))
+        for name, output in declaration.outputs.items():
+            self.DeclareVectorOutputPort(
+                name, output.size, self._calculation(name, output), self._prerequisites(output)
+            )
+        self._declare_events()
+
+    def _declare_events(self) -> None:
+        is_ = self.declaration
+        if is_.initialize is not None:
+            self.DeclareInitializationDiscreteUpdateEvent(self._event(is_.initialize))
+        if is_.update is None:
+            return
+        event = self._event(is_.update)
+        if is_.with_plant:
+
+            def unrestricted(context: Any, state: Any) -> None:
+                event(context, state.get_mutable_discrete_state())
+
+            self.DeclarePeriodicUnrestrictedUpdateEvent(is_.period, 0.0, unrestricted)
+        else:
+            self.DeclarePeriodicDiscreteUpdateEvent(is_.period, 0.0, event)
+
+    def _event(self, kernel: Kernel) -> Callable[[Any, Any], None]:
+        """Return the handler of a discrete update by a kernel, or by `rest` while not enabled."""
+        rest, enable = self.declaration.rest, self.declaration.enable
+        run = self._caller(kernel, "discrete.get_mutable_value({})")
+        if rest is None:
+            return run
+        stop, port = self._caller(rest, "discrete.get_mutable_value({})"), self._inputs[enable]
+
+        def event(context: Any, discrete: Any) -> None:
+            enabled = not port.HasValue(context) or port.Eval(context)[0] >= ENABLED
+            (run if enabled else stop)(context, discrete)
+
+        return event
+
+    def _calculation(self, name: str, output: Output) -> Callable[[Any, Any], None]:
+        return self._caller(output.kernel, "context.get_discrete_state({}).value()", name)
+
+    def _prerequisites(self, output: Output) -> set[DependencyTicket]:
+        tickets = set()
+        for name in arguments_of(output.kernel):
+            if name == TIME:
+                tickets.add(self.time_ticket())
+            elif name in self._inputs:
+                tickets.add(self._inputs[name].ticket())
+            elif name in self._groups:
+                tickets.add(self.discrete_state_ticket(DiscreteStateIndex(self._groups[name])))
+        return tickets or {self.nothing_ticket()}
+
+    def _caller(self, kernel: Kernel, memory: str, output: str = "") -> Callable[[Any, Any], None]:
+        """Return ``call(context, discrete)``, which calls a kernel with its arguments by name.
+
+        It is written out for each kernel, as dataclasses write their methods: a loop over the
+        arguments costs as much as a small kernel, a thousand times per simulated second.
+        """
+        is_ = self.declaration
+        scope: dict[str, Any] = {"kernel": kernel, "all_finite": all_finite}
+        lines, passed = [], []
+        for name in arguments_of(kernel):
+            if name == output:
+                passed.append("discrete.get_mutable_value()")
+            elif name == TIME:
+                passed.append("context.get_time()")
+            elif name in is_.inputs:
+                scope[f"eval_{name}"] = self._inputs[name].Eval
+                value = f"eval_{name}(context)"
+                if is_.inputs[name].default is not None:
+                    scope[f"has_{name}"] = self._inputs[name].HasValue
+                    scope[f"default_{name}"] = np.array(is_.inputs[name].default)
+                    value = f"{value} if has_{name}(context) else default_{name}"
+                lines.append(f"{name} = {value}")
+                passed.append(name)
+            elif name in is_.memory:
+                passed.append(memory.format(self._groups[name]))
+            elif name in is_.parameters:
+                scope[name] = is_.parameters[name]
+                passed.append(name)
+            else:
+                known = [TIME, *is_.inputs, *is_.memory, *is_.parameters]
+                raise ValueError(
+                    f"{type(self).__name__}: argument '{name}' of {kernel.__name__}, "
+                    f"allowed {', '.join(known)}"
+                )
+        lines += self._guard(arguments_of(kernel), scope)
+        body = "\n    ".join([*lines, f"kernel({', '.join(passed)})"])
+        exec(f"def call(context, discrete):\n    {body}", scope)
+        call: Callable[[Any, Any], None] = scope["call"]
+        return call
+
+    def _guard(self, names: list[str], scope: dict[str, Any]) -> list[str]:
+        """Return the lines that stop the run where an input has to be finite and is not."""
+        watched = [name for name in names if name in self._inputs and self._watches(name)]
+        if not watched:
+            return []
+        ports: tuple[InputPort, ...] = tuple(self._inputs[name] for name in watched)
+        scope["refuse"] = lambda context: check_finite(self, context, ports)
+        pairs = zip(watched[::2], [*watched[1::2], watched[-1]], strict=False)
+        tests = " and ".join(f"all_finite({first}, {second})" for first, second in pairs)
+        return [f"if not ({tests}):", "    refuse(context)"]
+
+    def _watches(self, name: str) -> bool:
+        return self.declaration.inputs[name].finite

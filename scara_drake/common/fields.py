@@ -1,0 +1,176 @@
+"""Fields of a scenario's parts: default, unit, symbol, bounds and equation, written once.
+
+A part is a dataclass whose fields are declared with `number`, `vector`, `choice` and `words`;
+`check` reads the bounds from them, tuning its ranges, and the reference of all fields its rows.
+What a field means stands in the ``Attributes`` of its class. A rule between fields is a method
+``check_together(name)`` of the part, one about the time step ``check_sampling(name, period)``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from scara_drake.common import checks
+from scara_drake.common.checks import ABOVE_ZERO
+
+KEY = "scara_drake"  # of the metadata of a field
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What a field is, beside its name and default.
+
+    Attributes:
+        unit: of SI, empty for words; of a list "m | rad" tells that of d1 and of the others.
+        low: smallest value allowed.
+        high: largest value allowed.
+        size: entries of a list; None is any number of them, 0 is no list.
+        choices: words allowed; empty for a number.
+        symbol: in the paper.
+        equation: of the paper in which it stands.
+    """
+
+    unit: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    size: int | None = 0
+    choices: tuple[str, ...] = ()
+    symbol: str = ""
+    equation: str = ""
+
+
+def number(
+    default: float,
+    unit: str,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    symbol: str = "",
+    equation: str = "",
+) -> Any:
+    """Declare a finite number within [low, high]; `ABOVE_ZERO` as `low` leaves zero out."""
+    spec = Spec(unit, low, high, symbol=symbol, equation=equation)
+    return field(default=default, metadata={KEY: spec})
+
+
+def vector(
+    default: Sequence[float],
+    unit: str,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    size: int | None = -1,
+    symbol: str = "",
+    equation: str = "",
+) -> Any:
+    """Declare a list of finite numbers, as many as the default has unless `size` says otherwise."""
+    values = list(default)
+    spec = Spec(unit, low, high, len(values) if size == -1 else size, (), symbol, equation)
+    return field(default_factory=lambda: list(values), metadata={KEY: spec})
+
+
+def choice(default: str, choices: Sequence[str]) -> Any:
+    """Declare one of some words."""
+    return field(default=default, metadata={KEY: Spec(choices=tuple(choices))})
+
+
+def words(default: Sequence[str], choices: Sequence[str]) -> Any:
+    """Declare a list of as many words as the default has, each one of `choices`."""
+    values = list(default)
+    spec = Spec(size=len(values), choices=tuple(choices))
+    return field(default_factory=lambda: list(values), metadata={KEY: spec})
+
+
+def spec_of(part: Any, name: str) -> Spec:
+    """Return what a field of a part, or of its class, was declared to be.
+
+    Raises:
+        ValueError: the part has no such field, or it was declared without a spec.
+    """
+    for entry in dataclasses.fields(part):
+        if entry.name == name and KEY in entry.metadata:
+            spec: Spec = entry.metadata[KEY]
+            return spec
+    raise ValueError(f"{name}: not a field with bounds")
+
+
+def check(part: Any, path: str) -> None:
+    """Check all fields of a part and of the parts in it, then the rules between them.
+
+    Args:
+        part: a dataclass.
+        path: its name in the scenario, such as "channel.up"; empty for the scenario itself.
+
+    Raises:
+        ValueError: one line that names the field, its value and what is allowed.
+    """
+    if hasattr(part, "validate"):
+        part.validate(path)
+        return
+    for name, spec, value in _fields(part):
+        where = f"{path}.{name}" if path else name
+        if spec is not None:
+            _check_value(where, value, spec)
+        elif dataclasses.is_dataclass(value):
+            check(value, where)
+        elif isinstance(value, list):
+            for index, entry in enumerate(value):
+                if dataclasses.is_dataclass(entry):
+                    check(entry, f"{where}[{index}]")
+    together = getattr(part, "check_together", None)
+    if together is not None:
+        together(path)
+
+
+def check_sampling(part: Any, path: str, period: float) -> None:
+    """Ask a part, and the parts in it, whether they suit a time step [s].
+
+    Raises:
+        ValueError: one does not.
+    """
+    for name, spec, value in _fields(part):
+        if spec is None and dataclasses.is_dataclass(value):
+            check_sampling(value, f"{path}.{name}" if path else name, period)
+    rule = getattr(part, "check_sampling", None)
+    if rule is not None:
+        rule(path, period)
+
+
+def _fields(part: Any) -> Iterator[tuple[str, Spec | None, Any]]:
+    for entry in dataclasses.fields(part):
+        metadata: Mapping[str, Any] = entry.metadata
+        yield entry.name, metadata.get(KEY), getattr(part, entry.name)
+
+
+def _check_value(where: str, value: Any, spec: Spec) -> None:
+    if spec.size == 0:
+        _check_entry(where, value, spec)
+        return
+    if spec.size is not None and len(value) != spec.size:
+        raise ValueError(f"{where}: {len(value)} entries, allowed {spec.size}")
+    for index, entry in enumerate(value):
+        _check_entry(f"{where}[{index}]", entry, spec)
+
+
+def _check_entry(where: str, value: Any, spec: Spec) -> None:
+    if spec.choices:
+        checks.choice(where, value, spec.choices)
+    else:
+        checks.number(where, value, spec.low, spec.high)
+
+
+__all__ = [
+    "ABOVE_ZERO",
+    "Spec",
+    "check",
+    "check_sampling",
+    "choice",
+    "number",
+    "spec_of",
+    "vector",
+    "words",
+]
