@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load_typed
+from pydrake.common.yaml import yaml_dump_typed, yaml_load
 
 from scara_drake import joints
 from scara_drake.channel.links import Channel
 from scara_drake.common import checks
-from scara_drake.common.fields import check
+from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
-from scara_drake.common.schema import alternatives, check_schema
+from scara_drake.common.schema import alternatives, build
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
@@ -34,7 +34,7 @@ from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
 from scara_drake.environment import Environment
-from scara_drake.ik.system import FOLLOWERS, InverseKinematics
+from scara_drake.ik.system import InverseKinematics
 from scara_drake.operator.haptics import HapticMapping
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
@@ -43,24 +43,25 @@ from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
+from scara_drake.wiring.operators import wiring_of
 
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
 
+# Systems with random numbers of their own; the order decides their seeds.
+STREAMS = ("uplink", "downlink", "encoder")
+
+
 @dataclass
 class Logging:
-    """What a run records."""
+    """What a run records.
 
-    period: float = 1e-3  # [s]
+    Attributes:
+        period: from sample to sample.
+    """
 
-    def validate(self, name: str) -> None:
-        """Check the period.
-
-        Raises:
-            ValueError: the period is not between 1 ms and 1 s.
-        """
-        checks.number(f"{name}.period", self.period, 1e-3, 1.0)
+    period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
 @dataclass
@@ -70,14 +71,36 @@ class Scenario:
     With a `Joystick` operator the command crosses `channel` to `inverse_kinematics`, and the
     contact force returns over it to `haptics`. With a `JointMotion` the references go straight to
     the controller and those three parts stay unused.
+
+    Attributes:
+        name: of the Diagram and the recording; that of the file if empty.
+        description: one line.
+        duration: of a run.
+        seed: of all random numbers.
+        time_step: of the plant and of every block of the fast loop.
+        q0: posture (6,) at t = 0, d1 [m] and angles [rad]; where the first reference is if empty.
+        operator: who commands.
+        coupling: of a `Master` and the robot.
+        channel: between the operator and the robot.
+        inverse_kinematics: from the tool command to joint references.
+        controller: of the joints.
+        governor: holds the reference back at an effort limit.
+        process_delay: delays in the control loop.
+        robot: how the robot differs from the nominal one.
+        drives: what real drives and sensors add.
+        perturbation: forces on the joints.
+        environment: surfaces to touch.
+        haptics: from the force to the motors of a joystick.
+        kinesthetic: from the force to a device that pushes back.
+        logging: what is recorded.
     """
 
     name: str = ""
     description: str = ""
-    duration: float = 10.0  # [s]
-    seed: int = 0
-    time_step: float = 1e-3  # [s], of the plant and of every block of the 1 kHz loop
-    q0: list[float] | None = None  # [m], [rad]; None: where the first reference is
+    duration: float = number(10.0, "s", 1e-4, 86400.0)
+    seed: int = number(0, "", 0, 2**63 - 1)
+    time_step: float = number(1e-3, "s", 1e-4, 2e-3)
+    q0: list[float] | None = None
     operator: Joystick | Master | JointMotion = field(default_factory=Joystick)
     coupling: Coupling = field(default_factory=Tdpa)
     channel: Channel = field(default_factory=Channel)
@@ -93,46 +116,39 @@ class Scenario:
     kinesthetic: KinestheticMapping | None = None
     logging: Logging = field(default_factory=Logging)
 
-    def validate(self) -> None:
-        """Check every number against its bounds.
+    def check_together(self, name: str) -> None:
+        """Check what concerns more than one part.
 
         Raises:
             ValueError: one line that names the field, its value and what is allowed.
         """
         checks.number("duration", self.duration, self.time_step, 86400.0)
-        checks.number("seed", self.seed, 0, 2**63 - 1)
-        checks.number("time_step", self.time_step, 1e-4, 2e-3)
         if self.q0 is not None:
             joints.check_configuration("q0", self.q0)
-        for part in dataclasses.fields(self):
-            value = getattr(self, part.name)
-            if dataclasses.is_dataclass(value):
-                check(value, part.name)
-        self._check_together()
-        # A controller of the user's own need not have a rule about its sampling.
-        check_sampling = getattr(self.controller, "check_sampling", None)
-        if check_sampling is not None:
-            check_sampling("controller", self.time_step)
-        self.drives.check_sampling("drives", self.time_step)
-        self.channel.check_sampling("channel", self.time_step)
-
-    def _check_together(self) -> None:
         if "/" in self.name or self.name.startswith("."):
             raise ValueError(f"name: '{self.name}', allowed a word without '/'")
-        if self.kinesthetic is not None and not isinstance(self.operator, Joystick):
-            raise ValueError("kinesthetic: set, allowed with a Joystick only")
-        if not isinstance(self.operator, Master):
-            return
-        if self.governor is not None:
-            raise ValueError(
-                "governor: set, allowed without a Master only: its coupling has to see every limit "
-                "of the motion, and the governor comes after it"
-            )
-        checks.choice("inverse_kinematics.method", self.inverse_kinematics.method, FOLLOWERS)
+        wiring_of(self).check(self)
 
-    def stream(self, index: int) -> int:
-        """Return the seed of one of up to four systems that draw random numbers."""
-        return 4 * (self.seed % 2**60) + index
+    def seed_of(self, name: str) -> int:
+        """Return the seed of a system that draws random numbers, by its name in the Diagram.
+
+        Raises:
+            ValueError: no such system draws any.
+        """
+        if name == "inverse_kinematics":
+            return self.seed
+        checks.choice("seed_of", name, STREAMS)
+        return 4 * (self.seed % 2**60) + STREAMS.index(name)
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Check every field against its bounds, the rules between them, and the time step.
+
+    Raises:
+        ValueError: one line that names the field, its value and what is allowed.
+    """
+    check(scenario, "")
+    check_sampling(scenario, "", scenario.time_step)
 
 
 def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = None) -> Scenario:
@@ -156,15 +172,10 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
         raise ValueError(f"{path.name}: {type(data).__name__}, allowed a map of scenario fields")
     for key, value in (overrides or {}).items():
         _override(data, key, value)
-    check_schema(Scenario, data, "")
-    try:
-        scenario = yaml_load_typed(schema=Scenario, data=yaml_dump(data))
-    except (RuntimeError, ValueError, TypeError) as error:
-        raise ValueError(f"{path.name}: {_one_line(error)}") from None
+    scenario = build(Scenario, data)
     scenario.name = scenario.name or path.stem
-    if isinstance(scenario.operator, Joystick):
-        scenario.operator.resolve(path.parent)
-    scenario.validate()
+    resolve_files(scenario, path.parent)
+    check_scenario(scenario)
     return scenario
 
 

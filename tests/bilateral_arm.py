@@ -17,6 +17,7 @@ from scara_drake.environment import Environment, ImpedanceContact, Wall, add_sur
 from scara_drake.ik.system import InverseKinematics, first_posture
 from scara_drake.operator.master import Master
 from scara_drake.robot import add_scara
+from scara_drake.scenario import Scenario
 from scara_drake.wiring.bilateral import add_bilateral
 
 LOGGED = (
@@ -51,10 +52,12 @@ class Arm:
         plant.SetDefaultPositions(q_start)
         contact = builder.AddNamedSystem("contact", ImpedanceContact(environment))
         controller = builder.AddNamedSystem("controller", IntegralSlidingMode().make_system(1e-3))
-        signals = add_bilateral(
-            builder, self.master, self.coupling, self.channel, self.inverse_kinematics, q_start,
-            contact.GetOutputPort("f_env_on_tool_W"),
+        scenario = Scenario(
+            operator=self.master, coupling=self.coupling, channel=self.channel,
+            inverse_kinematics=self.inverse_kinematics,
         )  # fmt: skip
+        force = contact.GetOutputPort("f_env_on_tool_W")
+        signals = add_bilateral(builder, scenario, q_start, {"f_env_on_tool_W": force})
         state = plant.get_state_output_port()
         builder.Connect(state, contact.GetInputPort("state"))
         builder.Connect(

@@ -7,7 +7,7 @@ import pytest
 from scara_drake import load_scenario, make_diagram
 from scara_drake.channel.links import SineDelay
 from scara_drake.operator.joint_motion import JointMotion
-from scara_drake.scenario import Scenario, dump_scenario, scenario_names
+from scara_drake.scenario import Scenario, check_scenario, dump_scenario, scenario_names
 
 
 @pytest.mark.parametrize("name", scenario_names())
@@ -21,7 +21,7 @@ def test_shipped_scenarios_load_and_survive_a_round_trip(name, tmp_path):
 
 
 def test_the_defaults_are_a_valid_scenario():
-    Scenario().validate()
+    check_scenario(Scenario())
 
 
 @pytest.mark.parametrize("name", ["teleoperation", "joint_sine"])

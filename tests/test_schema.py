@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scara_drake.common.schema import check_schema
+from scara_drake.common.schema import build
 
 
 @dataclass
@@ -31,14 +31,13 @@ class Whole:
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_number_in_any_writing_is_that_number(value):
     data = {"part": {"_tag": "!Hard", "stiffness": f"{value:.17e}"}, "gains": repr(value)}
-    check_schema(Whole, data, "")
-    assert data == {"part": {"_tag": "!Hard", "stiffness": value}, "gains": [value, value]}
+    made = build(Whole, data)
+    assert made == Whole(part=Hard(stiffness=value), gains=[value, value])
 
 
 def test_a_word_is_spread_and_nothing_else_is_changed():
     data = {"words": "c", "limit": None, "quiet": True, "free": [1]}
-    check_schema(Whole, data, "")
-    assert data == {"words": ["c", "c"], "limit": None, "quiet": True, "free": [1.0]}
+    assert build(Whole, data) == Whole(words=["c", "c"], quiet=True, free=[1.0])
 
 
 @pytest.mark.parametrize(
@@ -57,4 +56,4 @@ def test_a_word_is_spread_and_nothing_else_is_changed():
 )
 def test_what_does_not_fit_is_named(data, message):
     with pytest.raises(ValueError, match=f"^top\\.{message}"):
-        check_schema(Whole, data, "top.")
+        build(Whole, data, "top.")

@@ -12,6 +12,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from scara_drake.common import checks
@@ -140,6 +141,16 @@ def check_sampling(part: Any, path: str, period: float) -> None:
         rule(path, period)
 
 
+def resolve_files(part: Any, folder: Path) -> None:
+    """Let a part, and the parts in it, look for the files they name in the folder of a scenario."""
+    for _, spec, value in _fields(part):
+        if spec is None and dataclasses.is_dataclass(value):
+            resolve_files(value, folder)
+    resolve = getattr(part, "resolve_files", None)
+    if resolve is not None:
+        resolve(folder)
+
+
 def _fields(part: Any) -> Iterator[tuple[str, Spec | None, Any]]:
     for entry in dataclasses.fields(part):
         metadata: Mapping[str, Any] = entry.metadata
@@ -170,6 +181,7 @@ __all__ = [
     "check_sampling",
     "choice",
     "number",
+    "resolve_files",
     "spec_of",
     "vector",
     "words",

@@ -1,30 +1,38 @@
-"""Data of a YAML file against the dataclasses that they are read into."""
+"""Parts of a scenario made from the data of a YAML file: checked by their types, then built."""
 
 from __future__ import annotations
 
 import dataclasses
 import types
 import typing
-from typing import Any
+from typing import Any, TypeVar
 
 from scara_drake.common import checks
 
+Part = TypeVar("Part")
+TAG = "_tag"  # under which pydrake's reader leaves the tag of a part with several kinds
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
+def build(schema: type[Part], data: dict[str, Any], path: str = "") -> Part:
+    """Return a dataclass with the fields of `data`, and its defaults for the others.
 
-def check_schema(schema: Any, data: Any, path: str) -> None:
-    """Raise a ValueError that names the first field of `data` that `schema` does not allow.
+    A number or a word where a list of known length is expected is spread over the list, and a text
+    such as 1e-3 where a number is expected is that number. A field of several kinds of parts takes
+    the one that its tag names, the first without a tag.
 
-    `yaml_load_typed` refuses the same data, without saying where in the file. In place: a number
-    or a word where a list of known length is expected is spread over the list, a text such as 1e-3
-    where a number is expected becomes one, and the tag of a part that has one kind only is dropped.
+    Args:
+        schema: a dataclass whose fields all have defaults.
+        data: of a YAML map; it is not changed.
+        path: of the part in the file, ending in "."; for the messages.
+
+    Raises:
+        ValueError: names the first field that the schema does not allow.
     """
     hints = typing.get_type_hints(schema)
     defaults = schema()
+    values = {}
     for key, value in data.items():
-        if key == "_tag":
+        if key == TAG:
             continue
         where = f"{path}{key}"
         if key not in hints:
@@ -32,53 +40,56 @@ def check_schema(schema: Any, data: Any, path: str) -> None:
         default = getattr(defaults, key)
         if isinstance(default, list) and default and not isinstance(value, list | dict | None):
             value = [value] * len(default)
-        data[key] = _checked(hints[key], value, where)
+        values[key] = _value(hints[key], value, where)
+    return schema(**values)
 
 
-def _checked(hint: Any, value: Any, where: str) -> Any:
-    """Return a value as its type wants it, which `check_schema` documents."""
+def _value(hint: Any, value: Any, where: str) -> Any:
+    """Return a value as its type wants it, see `build`."""
     kinds = [kind for kind in alternatives(hint) if kind is not type(None)]
-    records: list[Any] = [kind for kind in kinds if dataclasses.is_dataclass(kind)]
     if value is None:
         if type(None) not in alternatives(hint):
             raise ValueError(f"{where}: empty, allowed {_describe(kinds)}")
-    elif records:
-        if not isinstance(value, dict):
-            raise ValueError(f"{where}: {value}, allowed the fields of {_describe(records)}")
-        tag = str(value.get("_tag", "!" + records[0].__name__)).removeprefix("!")
-        by_name = {kind.__name__: kind for kind in records}
-        checks.choice(where, tag, by_name)
-        if len(records) == 1:
-            value.pop("_tag", None)  # pydrake takes tags for unions only
-        check_schema(by_name[tag], value, f"{where}.")
-    elif typing.get_origin(kinds[0]) is list:
+        return None
+    if any(dataclasses.is_dataclass(kind) for kind in kinds):
+        return _part(kinds, value, where)
+    (kind,) = kinds
+    if typing.get_origin(kind) is list:
         if not isinstance(value, list):
             raise ValueError(f"{where}: {value}, allowed a list")
-        (item,) = typing.get_args(kinds[0])
-        return [_checked(item, entry, f"{where}[{index}]") for index, entry in enumerate(value)]
-    elif kinds[0] is float:
-        return _number(value, where)
-    elif kinds[0] is int and not _is_number(value):
-        raise ValueError(f"{where}: {value}, allowed a number")
-    elif kinds[0] is int and not isinstance(value, int):
-        raise ValueError(f"{where}: {value}, allowed a whole number")
-    elif kinds[0] is bool and not isinstance(value, bool):
-        raise ValueError(f"{where}: {value}, allowed true or false")
-    elif kinds[0] is str and not isinstance(value, str):
-        raise ValueError(f"{where}: {value}, allowed a text")
-    return value
+        (item,) = typing.get_args(kind)
+        return [_value(item, entry, f"{where}[{index}]") for index, entry in enumerate(value)]
+    return _scalar(kind, value, where)
 
 
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, str):
-        # YAML 1.1 takes 1e-3 for a text.
+def _part(kinds: list[Any], value: Any, where: str) -> Any:
+    if not isinstance(value, dict):
+        raise ValueError(f"{where}: {value}, allowed the fields of {_describe(kinds)}")
+    by_name = {kind.__name__: kind for kind in kinds}
+    tag = str(value.get(TAG, "!" + kinds[0].__name__)).removeprefix("!")
+    checks.choice(where, tag, by_name)
+    return build(by_name[tag], value, f"{where}.")
+
+
+def _scalar(kind: Any, value: Any, where: str) -> Any:
+    if kind is float and isinstance(value, str):
         try:
-            return float(value)
+            return float(value)  # YAML 1.1 takes 1e-3 for a text
         except ValueError:
             pass
-    if not _is_number(value):
+    if kind in (int, float) and not _is_number(value):
         raise ValueError(f"{where}: {value}, allowed a number")
-    return float(value)
+    if kind is int and not isinstance(value, int):
+        raise ValueError(f"{where}: {value}, allowed a whole number")
+    if kind is bool and not isinstance(value, bool):
+        raise ValueError(f"{where}: {value}, allowed true or false")
+    if kind is str and not isinstance(value, str):
+        raise ValueError(f"{where}: {value}, allowed a text")
+    return float(value) if kind is float else value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def alternatives(hint: Any) -> tuple[Any, ...]:

@@ -13,7 +13,7 @@ from scara_drake.common import checks
 from scara_drake.common.resources import resource
 from scara_drake.common.state import declare_state
 from scara_drake.operator.devices import Device, PygameDevice, find_device
-from scara_drake.operator.mapping import JoystickMapping
+from scara_drake.operator.mapping import JoystickMapping, initial_command
 from scara_drake.operator.trace import load_trace
 
 Array = NDArray[np.float64]
@@ -52,7 +52,11 @@ class Joystick:
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
             load_trace(self.trace_path())
 
-    def resolve(self, folder: Path) -> None:
+    def first_command(self) -> NDArray[np.float64]:
+        """Return the tool command (8,) of the centred stick, see `initial_command`."""
+        return initial_command(self.mapping)
+
+    def resolve_files(self, folder: Path) -> None:
         """Take a trace beside the scenario's file, if there is one, in place of a shipped one."""
         beside = folder / self.trace
         if beside.is_file() and beside.resolve() != self._shipped():

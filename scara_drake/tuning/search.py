@@ -26,7 +26,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from scara_drake.common import checks
 from scara_drake.operator.joystick import Joystick
-from scara_drake.scenario import Scenario, dump_scenario
+from scara_drake.scenario import Scenario, check_scenario, dump_scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.run import run
 from scara_drake.tuning.cost import TRACKING, Cost, Figures
@@ -107,7 +107,7 @@ def tune(
     trial_scenario = replace(scenario)
     trial_scenario.duration = scenario.duration if duration is None else duration
     trial_scenario.logging = replace(scenario.logging, period=max(scenario.time_step, 1e-3))
-    trial_scenario.validate()
+    check_scenario(trial_scenario)
     cost = Cost(tracking, effort_weight, trial_scenario.duration)
     search = _Search(trial_scenario, cost, seed, study)
     interrupted = False

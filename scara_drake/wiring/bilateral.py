@@ -10,66 +10,56 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
-from scara_drake.channel.links import Channel
-from scara_drake.coupling.ends import Coupling
-from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem
-from scara_drake.operator.master import Master, SimulatedMaster
+from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.operator.master import SimulatedMaster
 from scara_drake.wiring import Signals, link_signals, outputs
+
+if TYPE_CHECKING:
+    from scara_drake.operator.master import Master
+    from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
 
 
 def add_bilateral(
-    builder: DiagramBuilder,
-    master: Master,
-    coupling: Coupling,
-    channel: Channel,
-    inverse_kinematics: InverseKinematics,
-    q_start: Array,
-    f_env_on_tool_W: OutputPort | None = None,
-    period: float = 1e-3,
-    seeds: tuple[int, int, int] = (0, 1, 2),
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
     """Add the master, the coupling, the channel and the inverse kinematics, and connect them.
 
-    Args:
-        builder: receives the systems.
-        master: the operator.
-        coupling: of master and slave.
-        channel: its links carry the packets.
-        inverse_kinematics: its `bandwidth` tells the coupling how commands are followed.
-        q_start: (6,), where `master.first_command()` has the tool.
-        f_env_on_tool_W: force of the environment (3) [N]; None is free space.
-        period: of every block [s].
-        seeds: of the uplink, the downlink and the inverse kinematics.
-
-    Returns:
-        The output ports by the name of the signal; `state_desired` goes to the controller.
+    Without a surface in the scenario the tool is in free space, and the force on it is zero.
     """
-    first = master.first_command()
+    master: Master = scenario.operator  # type: ignore[assignment]  # the table has chosen it
+    coupling, period, first = scenario.coupling, scenario.time_step, master.first_command()
     device = builder.AddNamedSystem("master", SimulatedMaster(master, period))
     near = builder.AddNamedSystem(
         "coupling_master", coupling.make_master(period, master.actuator_limit)
     )
-    far = builder.AddNamedSystem(
-        "coupling_slave", coupling.make_slave(period, first, inverse_kinematics.bandwidth)
-    )
+    # The bandwidth tells the coupling how its commands are followed.
+    bandwidth = scenario.inverse_kinematics.bandwidth
+    far = builder.AddNamedSystem("coupling_slave", coupling.make_slave(period, first, bandwidth))
+    seed = scenario.seed_of("inverse_kinematics")
     kinematics = builder.AddNamedSystem(
         "inverse_kinematics",
-        InverseKinematicsSystem(inverse_kinematics, first, q_start, seeds[2], period),
+        InverseKinematicsSystem(scenario.inverse_kinematics, first, q_start, seed, period),
     )
     size_up, size_down = coupling.sizes()[:2]
-    uplink = builder.AddNamedSystem(
-        "uplink", channel.link("up").make_system(np.zeros(size_up), period, seeds[0])
+    uplink, downlink = (
+        builder.AddNamedSystem(
+            name,
+            scenario.channel.link(direction).make_system(
+                np.zeros(size), period, scenario.seed_of(name)
+            ),
+        )
+        for name, direction, size in (("uplink", "up", size_up), ("downlink", "down", size_down))
     )
-    downlink = builder.AddNamedSystem(
-        "downlink", channel.link("down").make_system(np.zeros(size_down), period, seeds[1])
-    )
+    f_env_on_tool_W = signals.get("f_env_on_tool_W")
     if f_env_on_tool_W is None:
         free = builder.AddNamedSystem("free_space", ConstantVectorSource(np.zeros(3)))
         f_env_on_tool_W = free.get_output_port()
@@ -91,4 +81,4 @@ def add_bilateral(
     for system in (device, near, far, kinematics):
         made |= dict(outputs(system))
     made["tool_command_received"] = made.pop("tool_command")
-    return made | link_signals(uplink, "up") | link_signals(downlink, "down")
+    return signals | made | link_signals(uplink, "up") | link_signals(downlink, "down")

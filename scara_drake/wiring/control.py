@@ -8,17 +8,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder
 
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.contact_estimate import ContactForceEstimator
-from scara_drake.operator.joint_motion import JointMotion
-from scara_drake.scenario import Scenario
 from scara_drake.wiring import Signals, chain, connect_by_name, outputs
+from scara_drake.wiring.operators import first_reference
+
+if TYPE_CHECKING:
+    from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -27,28 +30,15 @@ def add_control(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
     """Add the controller, what it measures with, and what its references pass through."""
-    period, delays = scenario.time_step, scenario.process_delay
-    at_rest = np.concatenate([q_start, np.zeros(6)])
-    operator = scenario.operator
-    first_reference = operator.start_state() if isinstance(operator, JointMotion) else at_rest
+    period = scenario.time_step
     controller = builder.AddNamedSystem("controller", scenario.controller.make_system(period))
-    made: Signals = dict(outputs(controller))
-
-    state, desired = signals["state"], signals["state_desired"]
-    if scenario.drives.encoder is not None:
-        encoder = scenario.drives.encoder.make_system(period, scenario.stream(2))
-        state = chain(builder, "encoder", encoder, state)
-    if delays is not None and delays.measurement is not None:
-        state = chain(
-            builder, "measurement_delay", SignalDelay(delays.measurement, at_rest, period), state
-        )
+    made = dict(outputs(controller))
+    state = _measured(builder, scenario, q_start, signals)
+    desired = signals["state_desired"]
+    delays = scenario.process_delay
     if delays is not None and delays.reference is not None:
-        desired = chain(
-            builder,
-            "reference_delay",
-            SignalDelay(delays.reference, first_reference, period),
-            desired,
-        )
+        delay = SignalDelay(delays.reference, first_reference(scenario, q_start), period)
+        desired = chain(builder, "reference_delay", delay, desired)
     if scenario.governor is not None:
         governor = builder.AddNamedSystem("governor", scenario.governor.make_system(period))
         made |= connect_by_name(
@@ -60,15 +50,30 @@ def add_control(
     if "perturbation_estimate" in made:
         estimator = builder.AddNamedSystem("contact_estimate", ContactForceEstimator())
         made |= connect_by_name(builder, estimator, {**made, "state": state})
+    return signals | made
 
-    return made
+
+def _measured(
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+) -> OutputPort:
+    """Lead the plant's state through the sensors and their delay; return what is measured."""
+    period, delays, state = scenario.time_step, scenario.process_delay, signals["state"]
+    if scenario.drives.encoder is not None:
+        encoder = scenario.drives.encoder.make_system(period, scenario.seed_of("encoder"))
+        state = chain(builder, "encoder", encoder, state)
+    if delays is not None and delays.measurement is not None:
+        at_rest = np.concatenate([q_start, np.zeros(6)])
+        delay = SignalDelay(delays.measurement, at_rest, period)
+        state = chain(builder, "measurement_delay", delay, state)
+    return state
 
 
 def add_drives(
-    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, signals: Signals
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
-    """Lead the controller's effort through the drives to the plant; return what is on the way."""
+    """Lead the controller's effort through the drives to the plant."""
     period, delays, drives = scenario.time_step, scenario.process_delay, scenario.drives
+    plant = builder.GetSubsystemByName("plant")
     made: Signals = {}
     actuation = signals["actuation"]
     if delays is not None and delays.actuation is not None:
@@ -81,13 +86,14 @@ def add_drives(
     if drives.friction is not None:
         friction = drives.friction.make_system(period)
         made["friction_force"] = chain(builder, "joint_friction", friction, signals["state"])
-    return made
+    return signals | made
 
 
 def add_forces(
-    builder: DiagramBuilder, scenario: Scenario, plant: MultibodyPlant, signals: Signals
-) -> None:
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+) -> Signals:
     """Lead the sum of the forces on the joints, beside those of the drives, to the plant."""
+    plant = builder.GetSubsystemByName("plant")
     names = ("generalized_force", "friction_force")
     forces = [signals[name] for name in names if name in signals]
     if scenario.perturbation is not None:
@@ -100,3 +106,4 @@ def add_forces(
         forces = [total.get_output_port()]
     if forces:
         builder.Connect(forces[0], plant.get_applied_generalized_force_input_port())
+    return signals

@@ -9,42 +9,43 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.haptics import HapticOutput
-from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.kinesthetic import KinestheticOutput
-from scara_drake.operator.mapping import JoystickToPose, initial_command
-from scara_drake.scenario import Scenario
+from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.wiring import Signals, chain, link_signals, outputs
+
+if TYPE_CHECKING:
+    from scara_drake.operator.devices import Device
+    from scara_drake.operator.joystick import Joystick
+    from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
 
 
 def add_joystick(
-    builder: DiagramBuilder,
-    scenario: Scenario,
-    operator: Joystick,
-    q_start: Array,
-    signals: Signals,
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
     """Add the operator's side, the channel both ways and the inverse kinematics."""
-    channel, period = scenario.channel, scenario.time_step
-    command = initial_command(operator.mapping)
+    operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
+    period, command = scenario.time_step, operator.first_command()
     device = operator.open_device()
     joystick = builder.AddNamedSystem("joystick", operator.make_source(device))
     mapping = builder.AddNamedSystem("mapping", JoystickToPose(operator.mapping, period))
+    link = scenario.channel.link("up")
     uplink = builder.AddNamedSystem(
-        "uplink", channel.link("up").make_system(command, period, scenario.stream(0))
+        "uplink", link.make_system(command, period, scenario.seed_of("uplink"))
     )
+    seed = scenario.seed_of("inverse_kinematics")
     kinematics = builder.AddNamedSystem(
         "inverse_kinematics",
-        InverseKinematicsSystem(
-            scenario.inverse_kinematics, command, q_start, scenario.seed, period
-        ),
+        InverseKinematicsSystem(scenario.inverse_kinematics, command, q_start, seed, period),
     )
     builder.Connect(joystick.get_output_port(), mapping.get_input_port())
     builder.Connect(mapping.get_output_port(), uplink.get_input_port())
@@ -57,17 +58,25 @@ def add_joystick(
         **link_signals(uplink, "up"),
     }
     if "f_env_on_tool_W" in signals:
-        downlink = builder.AddNamedSystem(
-            "downlink",
-            channel.link("down").make_system(np.zeros(3), period, scenario.stream(1)),
-        )
-        haptics = builder.AddNamedSystem("haptics", HapticOutput(scenario.haptics, device))
-        builder.Connect(signals["f_env_on_tool_W"], downlink.get_input_port())
-        builder.Connect(downlink.GetOutputPort("signal_received"), haptics.get_input_port())
-        made |= link_signals(downlink, "down")
-        made["f_haptic"] = downlink.GetOutputPort("signal_received")
-        made["rumble"] = haptics.GetOutputPort("rumble")
-        if scenario.kinesthetic is not None:
-            device_force = KinestheticOutput(scenario.kinesthetic, period)
-            made["f_kinesthetic"] = chain(builder, "kinesthetic", device_force, made["f_haptic"])
+        made |= _add_force(builder, scenario, signals, device)
+    return signals | made
+
+
+def _add_force(
+    builder: DiagramBuilder, scenario: Scenario, signals: Signals, device: Device | None
+) -> Signals:
+    """Lead the contact force over the channel to what the operator feels."""
+    period, link = scenario.time_step, scenario.channel.link("down")
+    downlink = builder.AddNamedSystem(
+        "downlink", link.make_system(np.zeros(3), period, scenario.seed_of("downlink"))
+    )
+    haptics = builder.AddNamedSystem("haptics", HapticOutput(scenario.haptics, device))
+    builder.Connect(signals["f_env_on_tool_W"], downlink.get_input_port())
+    builder.Connect(downlink.GetOutputPort("signal_received"), haptics.get_input_port())
+    made = link_signals(downlink, "down")
+    made["f_haptic"] = downlink.GetOutputPort("signal_received")
+    made["rumble"] = haptics.GetOutputPort("rumble")
+    if scenario.kinesthetic is not None:
+        force = KinestheticOutput(scenario.kinesthetic, period)
+        made["f_kinesthetic"] = chain(builder, "kinesthetic", force, made["f_haptic"])
     return made

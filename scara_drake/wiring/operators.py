@@ -1,0 +1,124 @@
+"""The kinds of operator: how each is wired, where it starts, and what it does not go with.
+
+A new kind is its part in `operator/`, its wiring in a file here, a row of `OPERATORS`, and its name
+in the union of `Scenario.operator`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import DiagramBuilder
+
+from scara_drake.common import checks
+from scara_drake.ik.system import FOLLOWERS, first_posture
+from scara_drake.operator.joint_motion import JointMotion
+from scara_drake.operator.joystick import Joystick
+from scara_drake.operator.master import Master
+from scara_drake.wiring import Signals
+from scara_drake.wiring.bilateral import add_bilateral
+from scara_drake.wiring.joint_motion import add_joint_motion
+from scara_drake.wiring.joystick import add_joystick
+
+if TYPE_CHECKING:
+    from scara_drake.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class OperatorWiring:
+    """What the Diagram has to know of a kind of operator.
+
+    Attributes:
+        add: its wiring, which has to end in `state_desired` and `X_WE_desired`.
+        start: first reference (12,) = (q, v) of an operator in a scenario without `q0`.
+        check: raises a ValueError where the scenario has a part that the kind does not go with.
+        moves_at_start: the reference moves from the first instant, wherever the arm stands.
+    """
+
+    add: Callable[[DiagramBuilder, Scenario, Array, Signals], Signals]
+    start: Callable[[Scenario], Array]
+    check: Callable[[Scenario], None]
+    moves_at_start: bool = False
+
+
+def wiring_of(scenario: Scenario) -> OperatorWiring:
+    """Return the row of the scenario's operator.
+
+    Raises:
+        ValueError: its kind is not in `OPERATORS`.
+    """
+    kind = type(scenario.operator)
+    if kind not in OPERATORS:
+        names = ", ".join(known.__name__ for known in OPERATORS)
+        raise ValueError(f"operator: '{kind.__name__}', allowed {names}")
+    return OPERATORS[kind]
+
+
+def add_operator(
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+) -> Signals:
+    """Add the operator's side and all that leads from it to the joint references."""
+    return wiring_of(scenario).add(builder, scenario, q_start, signals)
+
+
+def start_posture(scenario: Scenario) -> Array:
+    """Return q (6,) at t = 0: `q0`, or where the first reference is.
+
+    Raises:
+        ValueError: the first tool command cannot be reached.
+    """
+    if scenario.q0 is not None:
+        return np.array(scenario.q0, dtype=np.float64)
+    return wiring_of(scenario).start(scenario)[:6]
+
+
+def first_reference(scenario: Scenario, q_start: Array) -> Array:
+    """Return the joint reference (12,) = (q, v) at t = 0 of an arm that starts at `q_start`."""
+    kind = wiring_of(scenario)
+    return kind.start(scenario) if kind.moves_at_start else np.concatenate([q_start, np.zeros(6)])
+
+
+def _at_first_command(scenario: Scenario) -> Array:
+    operator: Any = scenario.operator
+    command = operator.first_command()
+    q = first_posture(scenario.inverse_kinematics, command, scenario.seed_of("inverse_kinematics"))
+    return np.concatenate([q, np.zeros(6)])
+
+
+def _at_motion_start(scenario: Scenario) -> Array:
+    motion: Any = scenario.operator
+    return np.array(motion.start_state(), dtype=np.float64)
+
+
+def _no_device(scenario: Scenario) -> None:
+    if scenario.kinesthetic is not None:
+        raise ValueError("kinesthetic: set, allowed with a Joystick only")
+
+
+def _check_master(scenario: Scenario) -> None:
+    _no_device(scenario)
+    if scenario.governor is not None:
+        raise ValueError(
+            "governor: set, allowed without a Master only: its coupling has to see every limit of "
+            "the motion, and the governor comes after it"
+        )
+    checks.choice("inverse_kinematics.method", scenario.inverse_kinematics.method, FOLLOWERS)
+
+
+def _anything_goes(scenario: Scenario) -> None:
+    """Accept every scenario."""
+
+
+OPERATORS: dict[type, OperatorWiring] = {
+    Joystick: OperatorWiring(add_joystick, _at_first_command, _anything_goes),
+    Master: OperatorWiring(add_bilateral, _at_first_command, _check_master),
+    JointMotion: OperatorWiring(
+        add_joint_motion, _at_motion_start, _no_device, moves_at_start=True
+    ),
+}

@@ -1,0 +1,55 @@
+"""The wiring of what is kept and shown: recorder, exported ports, the scene in Meshcat."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import DiagramBuilder
+
+from scara_drake.common.block import Block
+from scara_drake.control import contact_estimate
+from scara_drake.display.scene import add_visualization
+from scara_drake.recordings.recorder import add_recorder
+from scara_drake.wiring import Signals
+
+if TYPE_CHECKING:
+    from scara_drake.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W")
+
+
+def add_export(
+    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
+) -> Signals:
+    """Record the signals that have a name in a recording, and export all of them."""
+    add_recorder(builder, scenario, signals, periods(scenario, signals))
+    for name, port in signals.items():
+        builder.ExportOutput(port, name)
+    return signals
+
+
+def add_scene(
+    builder: DiagramBuilder, scenario: Scenario, signals: Signals, meshcat: Meshcat
+) -> None:
+    """Draw the plant, and what belongs to it that is no body."""
+    plant, scene_graph = (builder.GetSubsystemByName(name) for name in ("plant", "scene_graph"))
+    annotations = add_visualization(builder, plant, scene_graph, meshcat, scenario.environment)
+    for name in DRAWN:
+        if name in signals:
+            builder.Connect(signals[name], annotations.GetInputPort(name))
+
+
+def periods(scenario: Scenario, signals: Signals) -> dict[str, float]:
+    """Return the periods [s] of the signals whose block has one."""
+    found = {}
+    for name, port in signals.items():
+        system = port.get_system()
+        if isinstance(system, Block) and system.declaration.period > 0.0:
+            found[name] = system.declaration.period
+    stick = getattr(scenario.operator, "sample_period", scenario.time_step)
+    return {"f_estimated_W": contact_estimate.PERIOD, "joystick_axes": stick, **found}
