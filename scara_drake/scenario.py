@@ -6,21 +6,19 @@ in its union here.
 """
 
 import copy
-import dataclasses
-import typing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
-from pydrake.common.yaml import yaml_dump_typed, yaml_load
+from pydrake.common.yaml import yaml_load
 
 from scara_drake import joints
 from scara_drake.channel.links import Channel
 from scara_drake.common import checks
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
-from scara_drake.common.schema import alternatives, build
+from scara_drake.common.schema import build, yaml_of
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
@@ -97,7 +95,7 @@ class Scenario:
 
     name: str = ""
     description: str = ""
-    duration: float = number(10.0, "s", 1e-4, 86400.0)
+    duration: float = number(10.0, "s", 1e-3, 86400.0)
     seed: int = number(0, "", 0, 2**63 - 1)
     time_step: float = number(1e-3, "s", 1e-4, 2e-3)
     q0: list[float] | None = None
@@ -185,12 +183,7 @@ def dump_scenario(scenario: Scenario) -> str:
     A part of a kind that is not in the unions above, such as a controller of your own, is written
     under its own tag: the text says what ran, but does not load.
     """
-    hints: list[tuple[str, Any]] = []
-    for name, hint in typing.get_type_hints(Scenario).items():
-        kind = type(getattr(scenario, name))
-        own = dataclasses.is_dataclass(kind) and kind not in alternatives(hint)
-        hints.append((name, hint | kind if own else hint))
-    return yaml_dump_typed(scenario, schema=dataclasses.make_dataclass("Written", hints))
+    return yaml_of(scenario)
 
 
 def parse_overrides(settings: list[str]) -> dict[str, Any]:

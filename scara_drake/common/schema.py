@@ -7,6 +7,8 @@ import types
 import typing
 from typing import Any, TypeVar
 
+import yaml
+
 from scara_drake.common import checks
 
 Part = TypeVar("Part")
@@ -42,6 +44,53 @@ def build(schema: type[Part], data: dict[str, Any], path: str = "") -> Part:
             value = [value] * len(default)
         values[key] = _value(hints[key], value, where)
     return schema(**values)
+
+
+def data_of(part: Any) -> dict[str, Any]:
+    """Return the data of a dataclass, from which `build` makes an equal one.
+
+    A part that could be of several kinds has its tag, and so has one of a kind that its field does
+    not name, such as a controller of the user's own: the data say what it is, but do not build.
+    """
+    hints = typing.get_type_hints(type(part))
+    return {
+        entry.name: _data(hints[entry.name], getattr(part, entry.name))
+        for entry in dataclasses.fields(part)
+    }
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes maps in their own order, a tag where one is due, and a list of numbers in a line."""
+
+
+def _represent(dumper: _Dumper, data: dict[str, Any]) -> yaml.Node:
+    entries = {key: value for key, value in data.items() if key != TAG}
+    return dumper.represent_mapping(data.get(TAG, "tag:yaml.org,2002:map"), entries.items())
+
+
+def _represent_list(dumper: _Dumper, data: list[Any]) -> yaml.Node:
+    plain = not any(isinstance(entry, dict | list) for entry in data)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=plain)
+
+
+_Dumper.add_representer(dict, _represent)
+_Dumper.add_representer(list, _represent_list)
+
+
+def yaml_of(part: Any) -> str:
+    """Return the YAML text of a dataclass, see `data_of`."""
+    return yaml.dump(data_of(part), Dumper=_Dumper, sort_keys=False, width=100)
+
+
+def _data(hint: Any, value: Any) -> Any:
+    kinds = [kind for kind in alternatives(hint) if kind is not type(None)]
+    if isinstance(value, list):
+        items = [typing.get_args(kind)[0] for kind in kinds if typing.get_origin(kind) is list]
+        return [_data(items[0] if items else type(entry), entry) for entry in value]
+    if not dataclasses.is_dataclass(value):
+        return value
+    tag = {} if kinds == [type(value)] else {TAG: f"!{type(value).__name__}"}
+    return tag | data_of(value)
 
 
 def _value(hint: Any, value: Any, where: str) -> Any:
