@@ -59,3 +59,13 @@ def test_wrong_fields_are_named() -> None:
         ROW.zeros(rest=np.zeros((1, 2)))
     with pytest.raises(ValueError, match=r"^Row: size, allowed gain, count, table, rest$"):
         ROW.zeros(size=1.0)
+
+
+def test_readers_have_names_of_their_own() -> None:
+    # numba links cached kernels by name: two readers of one name would read by one's layout.
+    def name(layout: Layout[Row]) -> str:
+        return str(layout.reader().py_func.__name__)  # type: ignore[attr-defined]  # a dispatcher
+
+    longer = Layout(Row, count=(), table=(3, 3), rest=REST)
+    assert name(ROW) != name(longer)
+    assert name(ROW) == name(Layout(Row, count=(), table=(2, 3), rest=REST))
