@@ -63,12 +63,12 @@ def add_bilateral(
         "inverse_kinematics",
         InverseKinematicsSystem(inverse_kinematics, first, q_start, seeds[2], period),
     )
-    size_up, size_down = coupling.sizes()[:2]
+    exchange = coupling.exchange()
     uplink = builder.AddNamedSystem(
-        "uplink", channel.link("up").make_system(np.zeros(size_up), period, seeds[0])
+        "uplink", channel.link("up").make_system(np.zeros(exchange.up_size), period, seeds[0])
     )
     downlink = builder.AddNamedSystem(
-        "downlink", channel.link("down").make_system(np.zeros(size_down), period, seeds[1])
+        "downlink", channel.link("down").make_system(np.zeros(exchange.down_size), period, seeds[1])
     )
     if f_env_on_tool_W is None:
         free = builder.AddNamedSystem("free_space", ConstantVectorSource(np.zeros(3)))
