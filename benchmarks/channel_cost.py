@@ -24,8 +24,9 @@ from simulation_speed import PLANT, TIME_STEP, Case, make_case, measure, plant_a
 
 from scara_drake import joints, robot
 from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.impairments import Jitter, Loss
 from scara_drake.channel.links import Link
-from scara_drake.channel.packets import Jitter, Loss, Packets
+from scara_drake.channel.packets import Packets
 
 Array = NDArray[np.float64]
 

@@ -15,6 +15,7 @@ from numba import njit
 
 from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.ends import Coupling
+from scara_drake.coupling.layouts import PACKET
 from scara_drake.operator.master import Master, hand_target, move_device
 
 PERIOD = 1e-3
@@ -27,20 +28,18 @@ T, X_M, F_M, X_S, F_ENV, E_IN_M, E_OUT_M, E_IN_S, E_OUT_S, RX_M, RX_S, X_HAND, F
 
 @njit
 def run(
-    master_kernel, slave_kernel, c_master, c_slave, sizes, waypoints, sweep, transition, hand,
-    limit, arrive_up, arrive_down, wall, limiter, lag, scales, e_up, e_down, result,
+    master_kernel, slave_kernel, c_master, c_slave, mem_m, mem_s, sizes, waypoints, sweep,
+    transition, hand, limit, arrive_up, arrive_down, wall, limiter, lag, e_up, e_down, result,
 ):  # fmt: skip
     """Run; `arrive_*[k]` is the number of the packet that is on the receiver's port at tick k."""
     steps = result.shape[0]
     n_up, n_down = sizes[0], sizes[1]
     ups, downs = np.zeros((steps + 1, n_up)), np.zeros((steps + 1, n_down))
-    new_m, new_s = np.zeros(n_down), np.zeros(n_up)
-    mem_m, mem_s = np.zeros(sizes[2]), np.zeros(sizes[3])
     en_m, en_s = np.zeros(6), np.zeros(6)
     sent_m, sent_s = np.zeros(n_up), np.zeros(n_down)
     motion, target, nxt = np.zeros(6), np.zeros(3), np.zeros(3)
     f_hand, f = np.zeros(3), np.zeros(3)
-    command = np.zeros(3)
+    command = np.zeros(8)
     xs, vs = np.zeros(3), np.zeros(3)
     tool = np.zeros((steps + 1, 2))
     f_env, ms = np.zeros(3), np.zeros(6)
@@ -59,19 +58,18 @@ def run(
         f_old = f.copy()
         motion_old = motion.copy()
         for j in range(3):
-            ms[j] = xs[j] / scales[0]
-            ms[3 + j] = vs[j] / scales[0]
-        fe = -scales[1] * f_env
+            ms[j] = xs[j]
+            ms[3 + j] = vs[j]
         cmd_old = command.copy()
         # the slave's limiter
-        error = scales[0] * cmd_old - xs
+        error = cmd_old[:3] - xs
         limit_motion(error, vs, limiter[0], limiter[1], limiter[2], 1e-3)
         xs += 1e-3 * vs
         tool[k + 1, 0], tool[k + 1, 1] = xs[AXIS], vs[AXIS]
-        slave_kernel(ms, fe, up, c_slave, new_s, mem_s, sent_s, command, en_s)
+        slave_kernel(up, f_env, ms, c_slave, mem_s, sent_s, command, en_s)
         hand_target(t + 1e-3, waypoints, sweep, nxt)
         move_device(transition, hand, limit, 1e-3, f_old, nxt, motion, target, f_hand)
-        master_kernel(motion_old, down, c_master, new_m, mem_m, sent_m, f, en_m)
+        master_kernel(motion_old, down, c_master, mem_m, sent_m, f, en_m)
         f_env[AXIS] = force
         ups[k + 1] = sent_m
         downs[k + 1] = sent_s
@@ -110,21 +108,26 @@ class Rig:
         up: Delay,
         down: Delay,
         duration: float = 12.0,
-        e_up: int = -1,
-        e_down: int = -1,
+        e_up: slice | None = None,
+        e_down: slice | None = None,
     ) -> np.ndarray:
         """Return the columns; `up`, `down` are delays [s], functions of t or arrival tables.
 
-        `e_up`, `e_down` say where in the packets the energies begin, for the columns RX_S, RX_M.
+        `e_up`, `e_down` say where in the payloads the energies are, for the columns RX_S, RX_M.
         """
         steps = round(duration / PERIOD)
         result = np.zeros((steps, 13))
-        kernels = coupling.kernels()
+        master = coupling.make_master(PERIOD, self.limit).declaration
+        slave = coupling.make_slave(PERIOD, np.zeros(8), self.bandwidth).declaration
+        exchange = coupling.exchange()
         run(
-            *kernels,
-            coupling.constants(PERIOD, self.limit, np.inf),
-            coupling.constants(PERIOD, np.inf, self.bandwidth),
-            np.array(coupling.sizes()),
+            master.update,
+            slave.update,
+            master.parameters["constants"],
+            slave.parameters["constants"],
+            np.array(master.memory["memory"].initial),
+            np.array(slave.memory["memory"].initial),
+            np.array([exchange.up_size, exchange.down_size]),
             self.master.waypoints(),
             self.master.sweep_parameters(),
             self.master.transition(PERIOD),
@@ -135,9 +138,8 @@ class Rig:
             np.array([self.wall, self.stiffness, self.damping]),
             np.array([self.max_speed, self.max_acceleration, self.bandwidth]),
             self.lag,
-            np.array([coupling.position_scale, coupling.force_scale]),
-            e_up,
-            e_down,
+            -1 if e_up is None else PACKET.size + e_up.start,
+            -1 if e_down is None else PACKET.size + e_down.start,
             result,
         )
         return result

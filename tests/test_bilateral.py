@@ -8,8 +8,9 @@ from bilateral_arm import Arm
 from pydrake.systems.analysis import InitializeParams, Simulator
 
 from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.impairments import Loss
 from scara_drake.channel.links import Channel
-from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.packets import Packets
 from scara_drake.coupling.direct import Direct
 from scara_drake.coupling.ends import Coupling
 from scara_drake.coupling.model_mediated import ModelMediated

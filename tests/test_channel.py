@@ -4,15 +4,17 @@ import pytest
 
 from scara_drake import load_scenario, simulate
 from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.impairments import Loss
 from scara_drake.channel.links import Channel
-from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
+from scara_drake.common.fields import check
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_valid_and_say_where_they_are_from(name):
     channel = Channel(preset=name)
-    channel.validate("channel")
+    check(channel, "channel")
     assert channel.link("up") == channel.link("down") == PRESETS[name].link
     assert PRESETS[name].source
 
@@ -58,7 +60,7 @@ def test_packets_are_chosen_by_tag_in_a_scenario():
 )
 def test_bad_channels_are_refused_by_field_and_range(channel, message):
     with pytest.raises(ValueError, match=message):
-        channel.validate("channel")
+        check(channel, "channel")
 
 
 def hold(outage):

@@ -6,25 +6,24 @@ from coupling_rig import F_M, PROFILES, X_M, X_S, Rig, arrivals
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.coupling.model_mediated import (
+from scara_drake.common.fields import check
+from scara_drake.coupling.model_mediated import ModelMediated
+from scara_drake.coupling.surface_model import (
     FIT,
-    MODEL_B,
-    MODEL_K,
-    MODEL_SIDE,
-    MODEL_X,
-    ModelMediated,
+    MODEL,
+    Model,
     fit_surface,
     read_surface,
     render,
 )
 
 
-def fitted(x: np.ndarray, v: np.ndarray, f: np.ndarray) -> np.ndarray:
-    fit, model = np.zeros(FIT), np.zeros(4)
+def fitted(x: np.ndarray, v: np.ndarray, f: np.ndarray) -> Model:
+    fit, model = np.zeros(FIT.size), np.zeros(MODEL.size)
     for sample in zip(x, v, f, strict=True):
         fit_surface(*sample, 0.995, fit)
         read_surface(fit, sample[2], model)
-    return model
+    return MODEL.unpack(model)
 
 
 @settings(deadline=None, max_examples=60)
@@ -41,10 +40,10 @@ def test_the_fit_converges_to_a_known_wall(
     x = surface + side * (2e-3 + 1e-3 * np.sin(12.0 * t) + 3e-4 * np.sin(31.0 * t))
     v = np.gradient(x, t)
     model = fitted(x, v, stiffness * (x - surface) + damping * v)
-    assert model[MODEL_K] == pytest.approx(stiffness, rel=0.02)
-    assert model[MODEL_B] == pytest.approx(damping, rel=0.02, abs=0.02 * stiffness / 30.0)
-    assert model[MODEL_X] == pytest.approx(surface, abs=5e-5)
-    assert model[MODEL_SIDE] == side
+    assert model.stiffness == pytest.approx(stiffness, rel=0.02)
+    assert model.damping == pytest.approx(damping, rel=0.02, abs=0.02 * stiffness / 30.0)
+    assert model.x == pytest.approx(surface, abs=5e-5)
+    assert model.side == side
 
 
 def test_the_fit_forgets_a_wall_that_has_changed() -> None:
@@ -52,7 +51,7 @@ def test_the_fit_forgets_a_wall_that_has_changed() -> None:
     x = 2e-3 + 1e-3 * np.sin(12.0 * t) + 3e-4 * np.sin(31.0 * t)
     v = np.gradient(x, t)
     stiffness = np.where(t < 1.0, 1e4, 3e3)
-    assert fitted(x, v, stiffness * x)[MODEL_K] == pytest.approx(3e3, rel=0.01)
+    assert fitted(x, v, stiffness * x).stiffness == pytest.approx(3e3, rel=0.01)
 
 
 def test_a_model_makes_no_step_of_force() -> None:
@@ -95,4 +94,4 @@ def test_the_wall_is_felt_where_it_is_whatever_the_delay(profile: str) -> None:
 
 def test_wrong_fields_are_named() -> None:
     with pytest.raises(ValueError, match=r"c\.forgetting: 1\.5, allowed 0\.9 to 1"):
-        ModelMediated(forgetting=1.5).validate("c")
+        check(ModelMediated(forgetting=1.5), "c")

@@ -9,12 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
+from scara_drake.common.fields import check
 from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.direct import Direct, ScaledForce
-from scara_drake.coupling.ends import Coupling, admit, meter, receive
+from scara_drake.coupling.ends import Coupling
+from scara_drake.coupling.kernels import admit, meter, receive, slave_tick
 from scara_drake.coupling.model_mediated import ModelMediated
 from scara_drake.coupling.position_damping import PositionDamping
-from scara_drake.coupling.tdpa import Tdpa
+from scara_drake.coupling.tdpa import UP, Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
 
 KINDS = [Direct, ScaledForce, PositionDamping, WaveVariables, Tdpa, ModelMediated]
@@ -48,14 +50,17 @@ def test_the_limiter_moves_as_the_virtual_mass(
 ) -> None:
     # Through the limiter of the inverse kinematics, the tool accelerates by f / M.
     coupling = PositionDamping(virtual_mass=mass)
-    constants = coupling.constants(1e-3, math.inf, bandwidth)
+    end = coupling.make_slave(1e-3, np.zeros(8), bandwidth).declaration
+    constants, memory = end.parameters["constants"], np.array(end.memory["memory"].initial)
+    packet = np.zeros(coupling.exchange().up_size)
     x, rate = np.zeros(3), np.array([speed, 0.0, 0.0])
     command, speeds = np.zeros(3), []
     command[0] = 1e-3 * speed + 2.0 / bandwidth * speed
     for _ in range(20):
         motion = np.concatenate([x, rate])
         was = command.copy()
-        admit(0, force, 0.0, motion, constants, command)
+        at = slave_tick(packet, np.zeros(3), motion, constants, memory, packet.copy())
+        admit(0, force, at, command)
         limit_motion(was - x, rate, 10.0, 1e3, bandwidth, 1e-3)
         x += 1e-3 * rate
         speeds.append(rate[0])
@@ -78,9 +83,10 @@ def test_ends_fit_together(kind: type[Coupling]) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_at_rest_everything_rests(kind: type[Coupling]) -> None:
     coupling = kind()
+    exchange = coupling.exchange()
     slave, master = coupling.make_slave(1e-3, FIRST), coupling.make_master(1e-3)
     context = slave.CreateDefaultContext()
-    slave.GetInputPort("packet_from_master").FixValue(context, np.zeros(coupling.sizes()[0]))
+    slave.GetInputPort("packet_from_master").FixValue(context, np.zeros(exchange.up_size))
     slave.GetInputPort("f_env_on_tool_W").FixValue(context, np.zeros(3))
     slave.GetInputPort("motion_limited").FixValue(context, [*FIRST[:3], 0.0, 0.0, 0.0])
     for _ in range(5):
@@ -88,7 +94,7 @@ def test_at_rest_everything_rests(kind: type[Coupling]) -> None:
     np.testing.assert_allclose(slave.GetOutputPort("tool_command").Eval(context), FIRST)
     context = master.CreateDefaultContext()
     master.GetInputPort("motion_master").FixValue(context, np.zeros(6))
-    master.GetInputPort("packet_from_slave").FixValue(context, np.zeros(coupling.sizes()[1]))
+    master.GetInputPort("packet_from_slave").FixValue(context, np.zeros(exchange.down_size))
     tick(master, context)
     assert outputs(master, context)[1:].tolist() == [0.0] * (outputs(master, context).size - 1)
 
@@ -115,11 +121,10 @@ def test_the_meter_at_the_device_is_the_work_of_its_force(kind: type[Coupling]) 
 
 
 def test_a_packet_that_is_not_finite_stops_the_run() -> None:
-    coupling = Tdpa()
-    system = coupling.make_slave(1e-3, FIRST)
+    system = Tdpa().make_slave(1e-3, FIRST)
     system.set_name("coupling_slave")
     context = system.CreateDefaultContext()
-    system.GetInputPort("packet_from_master").FixValue(context, np.zeros(coupling.sizes()[0]))
+    system.GetInputPort("packet_from_master").FixValue(context, np.zeros(1 + UP.size))
     system.GetInputPort("f_env_on_tool_W").FixValue(context, [0.0, math.nan, 0.0])
     system.GetInputPort("motion_limited").FixValue(context, np.zeros(6))
     with pytest.raises(RuntimeError, match=r"slave: port 'f_env_on_tool_W' .*\[1\] is nan"):
@@ -128,8 +133,8 @@ def test_a_packet_that_is_not_finite_stops_the_run() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_wrong_fields_are_named(kind: type[Coupling]) -> None:
-    kind().validate("coupling")
+    check(kind(), "coupling")
     with pytest.raises(ValueError, match=r"c\.force_scale: 0\.0, allowed 1e-06 to 100"):
-        kind(force_scale=0.0).validate("c")
+        check(kind(force_scale=0.0), "c")
     with pytest.raises(ValueError, match=r"c\.virtual_mass: nan, allowed"):
-        kind(virtual_mass=math.nan).validate("c")
+        check(kind(virtual_mass=math.nan), "c")

@@ -5,6 +5,7 @@ import math
 import pytest
 from coupling_rig import F_M, X_M, X_S, Rig
 
+from scara_drake.common.fields import check
 from scara_drake.coupling.position_damping import PositionDamping, damping_margin
 
 
@@ -42,4 +43,4 @@ def test_the_spring_shows_where_the_other_end_is() -> None:
 
 def test_wrong_fields_are_named() -> None:
     with pytest.raises(ValueError, match=r"c\.damping: -1\.0, allowed 0 to 10000"):
-        PositionDamping(damping=-1.0).validate("c")
+        check(PositionDamping(damping=-1.0), "c")

@@ -18,8 +18,9 @@ from coupling_rig import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scara_drake.common.fields import check
 from scara_drake.coupling.direct import Direct
-from scara_drake.coupling.tdpa import DOWN_E, UP_E, Tdpa
+from scara_drake.coupling.tdpa import DOWN, UP, Tdpa
 
 DURATION = 10.0
 STEPS = round(DURATION / PERIOD)
@@ -59,7 +60,7 @@ def test_no_end_gives_more_than_has_come_in(
 ) -> None:
     coupling = Tdpa(reserve=reserve, force_scale=force_scale, stiffness=stiffness)
     up, down = random_channel(seed, longest, loss), random_channel(seed + 1, longest, loss)
-    result = Rig().run(coupling, up, down, DURATION, UP_E, DOWN_E)
+    result = Rig().run(coupling, up, down, DURATION, UP.slices["e_in"], DOWN.slices["e_in"])
     # What has arrived so far, at best; the energies at the device are exact, see test_master.
     arrived_s = np.maximum.accumulate(result[:, RX_S])
     arrived_m = np.maximum.accumulate(result[:, RX_M])
@@ -110,6 +111,6 @@ def test_an_outage_stops_the_slave_and_ends_without_a_jump(end: float) -> None:
 
 def test_wrong_fields_are_named() -> None:
     with pytest.raises(ValueError, match=r"c\.reserve: -1\.0, allowed 0 to 100"):
-        Tdpa(reserve=-1.0).validate("c")
+        check(Tdpa(reserve=-1.0), "c")
     with pytest.raises(ValueError, match=r"c\.horizon: 0\.0, allowed 0\.002 to 1"):
-        Tdpa(horizon=0.0).validate("c")
+        check(Tdpa(horizon=0.0), "c")

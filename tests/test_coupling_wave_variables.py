@@ -19,7 +19,15 @@ from coupling_rig import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scara_drake.coupling.wave_variables import WaveVariables, affordable, wave_slave
+from scara_drake.common.fields import check
+from scara_drake.coupling.layouts import METERS
+from scara_drake.coupling.wave_variables import (
+    SLAVE_MEMORY,
+    UP,
+    WaveVariables,
+    affordable,
+    wave_slave,
+)
 
 VARYING = [lambda t: max(0.2 * math.sin(t), 0.0), lambda t: 0.1 * (1.0 + math.sin(t))]
 
@@ -62,20 +70,19 @@ def test_drift_without_the_position_term() -> None:
 def test_a_growing_delay_is_the_gain_of_lozano(growth: float) -> None:
     # A wave of 1 whose packets arrive stretched: played at the root mean square of 1 - tau'.
     coupling = WaveVariables(drift_gain=0.0)
-    constants = coupling.constants(PERIOD, math.inf, 100.0)
-    up, down, _, memory_size = coupling.sizes()
-    newest, memory, sent = np.zeros(up), np.zeros(memory_size), np.zeros(down)
-    command, energy = np.zeros(3), np.zeros(6)
+    end = coupling.make_slave(PERIOD, np.zeros(8), 100.0).declaration
+    constants = end.parameters["constants"]
+    memory = np.array(end.memory["memory"].initial)
+    played = SLAVE_MEMORY.unpack(memory[1 + UP.size :]).played
+    command, energy, sent = np.zeros(8), np.zeros(METERS.size), np.zeros(7)
     total, count = 0.0, 2000
     for k in range(1, count + 1):
         number = (1.0 - growth) * k
-        packet = np.zeros(up)
+        packet = np.zeros(10)
         packet[0], packet[1], packet[4] = number, 1.0, 0.5 * PERIOD * number
-        before = memory[9]
-        wave_slave(
-            np.zeros(6), np.zeros(3), packet, constants, newest, memory, sent, command, energy
-        )
-        total += math.sqrt(2.0 * (memory[9] - before) / PERIOD)
+        before = played[0]
+        wave_slave(packet, np.zeros(3), np.zeros(6), constants, memory, sent, command, energy)
+        total += math.sqrt(2.0 * (played[0] - before) / PERIOD)
     assert total / count == pytest.approx(math.sqrt(1.0 - growth), rel=1e-6)
 
 
@@ -87,4 +94,4 @@ def test_a_wave_is_cut_to_the_energy_that_is_there() -> None:
 
 def test_wrong_fields_are_named() -> None:
     with pytest.raises(ValueError, match=r"c\.impedance: 0\.0, allowed 0\.1 to 1000"):
-        WaveVariables(impedance=0.0).validate("c")
+        check(WaveVariables(impedance=0.0), "c")

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scara_drake.channel.delays import ConstantDelay
-from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.impairments import Loss
+from scara_drake.channel.packets import Packets
 from scara_drake.experiments.claim import VERDICTS, Experiment
 from scara_drake.experiments.teleoperation import couplings
 

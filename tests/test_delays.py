@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scara_drake.channel.delays import ConstantDelay, SineDelay, StepDelay, TableDelay
+from scara_drake.common.fields import check
 
 TIMES = [0.5, 1.0, 2.5]
 DELAYS = [0.2, 0.0, 0.3]
@@ -47,4 +48,4 @@ def test_constant():
 )
 def test_bad_laws_are_refused_by_field_and_range(law, message):
     with pytest.raises(ValueError, match=message):
-        law.validate("up")
+        check(law, "up")

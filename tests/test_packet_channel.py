@@ -9,18 +9,10 @@ from pydrake.systems.primitives import LogVectorOutput
 from scipy import stats
 
 from scara_drake.channel.delays import ConstantDelay, SineDelay, StepDelay, TableDelay
-from scara_drake.channel.packets import (
-    BAD,
-    HEAD,
-    Jitter,
-    Loss,
-    PacketChannel,
-    Packets,
-    in_outage,
-    is_lost,
-    jitter_time,
-)
+from scara_drake.channel.impairments import Jitter, Loss, in_outage, is_lost, jitter_time
+from scara_drake.channel.packets import PacketChannel, Packets
 from scara_drake.channel.signal_delay import SignalDelay
+from scara_drake.common.fields import check
 
 H = 1e-3
 
@@ -83,7 +75,9 @@ def test_out_of_order_arrivals_loss_and_outage_by_hand():
 def test_a_packet_slower_than_the_longest_is_lost():
     link = Packets(ConstantDelay(4e-3), Jitter("uniform", 1e-3, 0.5e-3), longest=5e-3)
     received, _, _ = run(PacketChannel(link, [-1.0], seed=3), 400)
-    travel = np.array([4e-3 + jitter_time(link.parameters(), 3, packet) for packet in range(400)])
+    travel = np.array(
+        [4e-3 + jitter_time(link.jitter.parameters(), 3, packet) for packet in range(400)]
+    )
     assert (travel > link.longest).any()
     assert not np.isin(np.flatnonzero(travel > link.longest), received).any()
 
@@ -120,20 +114,19 @@ def test_the_received_signal_never_runs_backwards_nor_from_the_future(seed, dela
     ],
 )
 def test_jitter_of_1e5_packets_has_the_distribution_asked_for(distribution, law):
-    constants = Packets(jitter=Jitter(distribution, 0.01, 4e-3)).parameters()
-    times = np.array([jitter_time(constants, 11, packet) for packet in range(100_000)])
+    jitter = Jitter(distribution, 0.01, 4e-3).parameters()
+    times = np.array([jitter_time(jitter, 11, packet) for packet in range(100_000)])
     assert times.mean() == pytest.approx(0.01, rel=0.01)
     assert times.std() == pytest.approx(4e-3, rel=0.02)
     assert stats.kstest(times, law.cdf).pvalue > 0.01
 
 
 def lost_packets(loss, n=100_000, seed=5):
-    constants = Packets(loss=loss).parameters()
-    memory = np.zeros(HEAD)
+    chances, is_bad = loss.parameters(), np.zeros(())
     lost, bad = np.empty(n, bool), np.empty(n, bool)
     for packet in range(n):
-        lost[packet] = is_lost(constants, seed, packet, memory)
-        bad[packet] = memory[BAD] > 0.5
+        lost[packet] = is_lost(chances, seed, packet, is_bad)
+        bad[packet] = is_bad > 0.5
     return lost, bad
 
 
@@ -216,7 +209,7 @@ def test_clones_and_second_runs_give_the_same_bits():
 )
 def test_bad_links_are_refused_by_field_and_range(link, message):
     with pytest.raises(ValueError, match=message):
-        link.validate("up")
+        check(link, "up")
 
 
 def test_a_send_period_between_ticks_is_refused():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from scara_drake import load_scenario, make_diagram
-from scara_drake.channel.links import SineDelay
+from scara_drake.channel.delays import SineDelay
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.scenario import Scenario, check_scenario, dump_scenario, scenario_names
 

@@ -14,8 +14,10 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
 
 from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.laws import delay_at
 from scara_drake.channel.links import Channel
-from scara_drake.channel.signal_delay import SignalDelay, delay_at, push_and_read
+from scara_drake.channel.signal_delay import SignalDelay, push_and_read
+from scara_drake.common.fields import check
 
 H = 1e-3
 OMEGA = np.array([3.0, 5.0])
@@ -216,7 +218,7 @@ def test_channel_reads_from_yaml_with_tags() -> None:
     text = "{up: !SineDelay {amplitude: 1.0, offset: 1.0}, down: !ConstantDelay {delay: 0.1}}"
     channel = yaml_load_typed(schema=Channel, data=text, defaults=Channel())
     assert channel == Channel(up=SineDelay(1.0, 1.0), down=ConstantDelay(0.1))
-    channel.validate("channel")
+    check(channel, "channel")
 
 
 @pytest.mark.parametrize(
@@ -238,7 +240,7 @@ def test_channel_reads_from_yaml_with_tags() -> None:
 )
 def test_bad_channels_are_named(channel: Channel, named: str) -> None:
     with pytest.raises(ValueError, match=named):
-        channel.validate("channel")
+        check(channel, "channel")
 
 
 @pytest.mark.parametrize("initial", [[], [[0.0]], [math.nan]])

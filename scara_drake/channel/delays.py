@@ -1,25 +1,22 @@
-"""How long a channel delays: laws of time."""
+"""How long a channel delays: laws of time, each a part of a scenario."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake.channel.signal_delay import LINES, SINE, STEPS, SignalDelay, delay_at
-from scara_drake.common import checks
+from scara_drake.channel.laws import LINES, SINE, SINE_LAW, STEPS, TABLE_LAW, delay_at
+from scara_drake.channel.signal_delay import SignalDelay
+from scara_drake.common.fields import number, vector
 
 Array = NDArray[np.float64]
 
 LONGEST = 60.0  # [s]; a ring of it is copied at every tick, so this is a bound against slips
 
 
-class DelayLaw:
+class Delay:
     """A delay that varies with time; the base of those below."""
-
-    def validate(self, name: str) -> None:
-        """Check the fields; `name` is the path in the scenario."""
-        raise NotImplementedError
 
     def maximum(self) -> float:
         """Longest delay [s]."""
@@ -39,51 +36,42 @@ class DelayLaw:
 
 
 @dataclass
-class ConstantDelay(DelayLaw):
-    """The same delay at all times."""
+class ConstantDelay(Delay):
+    """The same delay at all times.
 
-    delay: float = 0.0  # [s]
+    Attributes:
+        delay: of every signal.
+    """
 
-    def validate(self, name: str) -> None:
-        """Check the delay.
-
-        Raises:
-            ValueError: the delay is negative or not finite.
-        """
-        checks.number(f"{name}.delay", self.delay, 0.0, LONGEST)
+    delay: float = number(0.0, "s", 0.0, LONGEST)
 
     def maximum(self) -> float:
         """Longest delay [s]."""
         return self.delay
 
     def parameters(self) -> Array:
-        """Return the law as `delay_at` takes it."""
-        return np.array([SINE, self.delay, 0.0, 0.0, 0.0])
+        """Return the law as `delay_at` takes it: a sine without amplitude."""
+        return SINE_LAW.zeros(kind=SINE, offset=self.delay)
 
 
 @dataclass
-class SineDelay(DelayLaw):
+class SineDelay(Delay):
     """amplitude sin(frequency t + phase) + offset, and zero where that is negative.
 
     The default is the paper's 0.2 sin t. A delay of 0 to 2 s is amplitude 1, offset 1; a cosine has
     the phase pi / 2.
+
+    Attributes:
+        amplitude: of the sine.
+        offset: mean of the sine, before it is cut.
+        frequency: of the sine.
+        phase: at t = 0.
     """
 
-    amplitude: float = 0.2  # [s]
-    offset: float = 0.0  # [s]
-    frequency: float = 1.0  # [rad/s]
-    phase: float = 0.0  # [rad]
-
-    def validate(self, name: str) -> None:
-        """Check the fields.
-
-        Raises:
-            ValueError: amplitude or frequency is negative, or a field is out of its bounds.
-        """
-        checks.number(f"{name}.amplitude", self.amplitude, 0.0, LONGEST)
-        checks.number(f"{name}.offset", self.offset, -LONGEST, LONGEST)
-        checks.number(f"{name}.frequency", self.frequency, 0.0, 1e3)
-        checks.number(f"{name}.phase", self.phase, -2.0 * math.pi, 2.0 * math.pi)
+    amplitude: float = number(0.2, "s", 0.0, LONGEST)
+    offset: float = number(0.0, "s", -LONGEST, LONGEST)
+    frequency: float = number(1.0, "rad/s", 0.0, 1e3)
+    phase: float = number(0.0, "rad", -2.0 * math.pi, 2.0 * math.pi)
 
     def maximum(self) -> float:
         """Longest delay [s]."""
@@ -91,28 +79,43 @@ class SineDelay(DelayLaw):
 
     def parameters(self) -> Array:
         """Return the law as `delay_at` takes it."""
-        return np.array([SINE, self.offset, self.amplitude, self.frequency, self.phase])
+        return SINE_LAW.pack(
+            kind=SINE,
+            offset=self.offset,
+            amplitude=self.amplitude,
+            frequency=self.frequency,
+            phase=self.phase,
+        )
 
 
 @dataclass
-class StepDelay(DelayLaw):
+class StepDelay(Delay):
     """A delay that changes at given times and stays until the next; the first also before.
 
     Attributes:
-        times: of the changes, rising [s].
-        delays: from each of them on [s].
+        times: of the changes, rising.
+        delays: from each of them on.
     """
 
-    times: list[float] = field(default_factory=lambda: [0.0])
-    delays: list[float] = field(default_factory=lambda: [0.0])
+    times: list[float] = vector([0.0], "s", size=None)
+    delays: list[float] = vector([0.0], "s", 0.0, LONGEST, size=None)
 
-    def validate(self, name: str) -> None:
-        """Check the table.
+    def check_together(self, name: str) -> None:
+        """Check that the table is one.
 
         Raises:
-            ValueError: the lists differ in length, the times do not rise, or a delay is negative.
+            ValueError: it is empty, the lists differ in length, or the times do not rise.
         """
-        _check_table(name, self.times, self.delays)
+        times, delays = self.times, self.delays
+        if not times:
+            raise ValueError(f"{name}.times: no entries, allowed 1 or more")
+        if len(delays) != len(times):
+            raise ValueError(f"{name}.delays: {len(delays)} entries, allowed {len(times)}")
+        for index in range(1, len(times)):
+            if times[index] <= times[index - 1]:
+                raise ValueError(
+                    f"{name}.times[{index}]: {times[index]}, allowed above {times[index - 1]}"
+                )
 
     def maximum(self) -> float:
         """Longest delay [s]."""
@@ -120,7 +123,7 @@ class StepDelay(DelayLaw):
 
     def parameters(self) -> Array:
         """Return the law as `delay_at` takes it."""
-        return np.array([STEPS, *self.times, *self.delays], dtype=np.float64)
+        return TABLE_LAW.pack(kind=STEPS, points=[*self.times, *self.delays])
 
 
 @dataclass
@@ -128,22 +131,13 @@ class TableDelay(StepDelay):
     """A delay on straight lines between given points, such as a measured one; constant outside.
 
     Attributes:
-        times: of the points, rising [s].
-        delays: at the points [s].
+        times: of the points, rising.
+        delays: at the points.
     """
 
     def parameters(self) -> Array:
         """Return the law as `delay_at` takes it."""
-        return np.array([LINES, *self.times, *self.delays], dtype=np.float64)
+        return TABLE_LAW.pack(kind=LINES, points=[*self.times, *self.delays])
 
 
-def _check_table(name: str, times: list[float], delays: list[float]) -> None:
-    if not times:
-        raise ValueError(f"{name}.times: no entries, allowed 1 or more")
-    checks.vector(f"{name}.times", times, len(times))
-    checks.vector(f"{name}.delays", delays, len(times), 0.0, LONGEST)
-    for index in range(1, len(times)):
-        if times[index] <= times[index - 1]:
-            raise ValueError(
-                f"{name}.times[{index}]: {times[index]}, allowed above {times[index - 1]}"
-            )
+DelayLaw = ConstantDelay | SineDelay | StepDelay | TableDelay

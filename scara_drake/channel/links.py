@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass, field
 
-from scara_drake.channel.delays import LONGEST, ConstantDelay, SineDelay, StepDelay, TableDelay
+from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
-from scara_drake.common import checks
+from scara_drake.common import checks, fields
+from scara_drake.common.fields import number
 
-Link = ConstantDelay | SineDelay | StepDelay | TableDelay | Packets
+Link = DelayLaw | Packets
 
 
 @dataclass
@@ -18,31 +19,24 @@ class Channel:
         up: link to the robot.
         down: link to the operator.
         preset: a name of `PRESETS`, which then stands for both links; empty for none.
-        max_delay: longest that either may reach [s].
+        max_delay: longest that either may reach.
     """
 
-    up: ConstantDelay | SineDelay | StepDelay | TableDelay | Packets = field(
-        default_factory=ConstantDelay
-    )
-    down: ConstantDelay | SineDelay | StepDelay | TableDelay | Packets = field(
-        default_factory=ConstantDelay
-    )
+    up: Link = field(default_factory=ConstantDelay)
+    down: Link = field(default_factory=ConstantDelay)
     preset: str = ""
-    max_delay: float = 2.5  # [s]
+    max_delay: float = number(2.5, "s", 0.0, LONGEST)
 
-    def validate(self, name: str) -> None:
-        """Check the fields.
+    def check_together(self, name: str) -> None:
+        """Check the preset, and the links that stand against max_delay.
 
         Raises:
-            ValueError: an unknown preset, a field of a link out of its bounds, or a link whose
-                delay exceeds max_delay.
+            ValueError: an unknown preset, or a link whose delay exceeds max_delay.
         """
-        checks.number(f"{name}.max_delay", self.max_delay, 0.0, LONGEST)
         if self.preset:
             checks.choice(f"{name}.preset", self.preset, PRESETS)
         for direction in ("up", "down"):
             link = self.link(direction)
-            link.validate(f"{name}.{direction}")
             if link.maximum() > self.max_delay:
                 if isinstance(link, Packets):
                     checks.number(f"{name}.{direction}.longest", link.longest, 0.0, self.max_delay)
@@ -52,15 +46,13 @@ class Channel:
                 )
 
     def check_sampling(self, name: str, period: float) -> None:
-        """Check that both links suit the time step `period` [s].
+        """Check that the links that stand suit the time step `period` [s].
 
         Raises:
             ValueError: packets are not sent at its ticks.
         """
         for direction in ("up", "down"):
-            link = self.link(direction)
-            if isinstance(link, Packets):
-                link.check_sampling(f"{name}.{direction}", period)
+            fields.check_sampling(self.link(direction), f"{name}.{direction}", period)
 
     def link(self, direction: str) -> Link:
         """Return the link "up" or "down", that of the preset if one is named."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from scara_drake.channel.delays import ConstantDelay, SineDelay
-from scara_drake.channel.packets import Jitter, Loss, Packets
+from scara_drake.channel.delays import ConstantDelay, DelayLaw, SineDelay
+from scara_drake.channel.impairments import Jitter, Loss
+from scara_drake.channel.packets import Packets
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class Preset:
         source: where its numbers are from, and which are assumed.
     """
 
-    link: ConstantDelay | SineDelay | Packets
+    link: DelayLaw | Packets
     meaning: str
     source: str
 

@@ -3,55 +3,35 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.channel.laws import Law, delay_at
 from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory
 from scara_drake.common.fields import check
+from scara_drake.common.layout import REST, Cell, Layout
 
 Array = NDArray[np.float64]
 
-# First entry of the parameters of a law.
-SINE, STEPS, LINES = 0.0, 1.0, 2.0
 
+class Ring(NamedTuple):
+    """The last samples of a signal of n entries.
 
-class Law(Protocol):
-    """What a delay has to tell, see `delays`."""
-
-    def validate(self, name: str) -> None:
-        """Check the fields."""
-
-    def maximum(self) -> float:
-        """Longest delay [s]."""
-
-    def parameters(self) -> Array:
-        """Return the law as `delay_at` takes it."""
-
-
-@njit(cache=True)
-def delay_at(parameters: Array, t: float) -> float:
-    """Delay [s] at time t [s], never negative.
-
-    Args:
-        parameters: the kind of law, and
-
-            - SINE: offset [s], amplitude [s], frequency [rad/s], phase [rad];
-            - STEPS and LINES: times (n,) [s], rising, and delays (n,) [s] from each on, or on
-              straight lines between them.
-        t: [s].
+    Attributes:
+        newest: which sample that is.
+        samples: n entries each, one after the other.
     """
-    if parameters[0] == SINE:
-        angle = parameters[3] * t + parameters[4]
-        return max(parameters[1] + parameters[2] * math.sin(angle), 0.0)
-    n = (parameters.size - 1) // 2
-    times, delays = parameters[1 : 1 + n], parameters[1 + n :]
-    if parameters[0] == STEPS:
-        return delays[max(int(np.searchsorted(times, t, side="right")) - 1, 0)]
-    return np.interp(t, times, delays)
+
+    newest: Cell
+    samples: Array
+
+
+RING = Layout(Ring, newest=(), samples=REST)
+ring_of = RING.reader()
 
 
 @njit(cache=True)
@@ -59,24 +39,25 @@ def push_and_read(ring: Array, sent: Array, age: float, received: Array) -> None
     """Push a sample into a ring and read the one of `age` samples ago, by linear interpolation.
 
     Args:
-        ring: (1 + rows n,): where the newest row is, then the rows; at least ceil(age) + 1.
+        ring: see `Ring`; of at least ceil(age) + 1 samples.
         sent: (n,), the sample to push.
         age: 0 or more, in samples; 0 reads what was just pushed.
         received: (n,), written.
     """
-    n = sent.size
-    rows = (ring.size - 1) // n
-    newest = (int(ring[0]) + 1) % rows
-    ring[0] = newest
-    ring[1 + newest * n : 1 + (newest + 1) * n] = sent
+    r = ring_of(ring)
+    samples = r.samples.reshape((-1, sent.size))
+    length = samples.shape[0]
+    newest = (int(r.newest[()]) + 1) % length
+    r.newest[()] = newest
+    samples[newest] = sent
     whole = math.floor(age)
     share = age - whole
-    late = 1 + ((newest - int(whole)) % rows) * n
-    early = 1 + ((newest - int(whole) - 1) % rows) * n
-    for i in range(n):
-        received[i] = ring[late + i]
+    late = samples[(newest - int(whole)) % length]
+    early = samples[(newest - int(whole) - 1) % length]
+    for i in range(sent.size):
+        received[i] = late[i]
         if share > 0.0:
-            received[i] += share * (ring[early + i] - ring[late + i])
+            received[i] += share * (early[i] - late[i])
 
 
 @njit(cache=True)
@@ -151,7 +132,7 @@ class SignalDelay(Block):
                 memory={
                     "signal_received": Memory(first, port=True),
                     "delay": Memory([delay_at(law, 0.0)], port=True),
-                    "ring": Memory(np.concatenate([[0.0], np.tile(first, rows)])),
+                    "ring": Memory(RING.pack(newest=0.0, samples=np.tile(first, rows))),
                 },
                 parameters={"law": law, "period": period},
                 period=period,

@@ -14,12 +14,14 @@ makes the array outside, `reader` the compiled function that gives the names bac
     def law(gains: Array, ...) -> None:
         g = gains_of(gains)  # g.c is a view (6,), g.period a number
 
-Numbers are copies. What a kernel writes has to be an array, be it a `Cell`, of shape ().
+Numbers are copies. What a kernel writes has to be an array, be it a `Cell`, of shape (). The last
+field may be `REST`: an array (n,) of whatever follows, as long as the array that is read.
 """
 
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable
 from typing import Any, Generic, TypeAlias, TypeVar, get_type_hints
 
@@ -33,6 +35,7 @@ Shape = int | tuple[int, ...]
 # A number in memory: an array of shape (), read and written as `cell[()]`; the type checker takes
 # what is read from it for an array.
 Cell: TypeAlias = Any
+REST = -1  # shape of a last field that takes all entries that are left
 
 
 class Layout(Generic[Names]):
@@ -42,8 +45,13 @@ class Layout(Generic[Names]):
         names: the NamedTuple.
         shapes: of its fields that are arrays; every other field is a number.
 
+    Attributes:
+        size: of the array, without a `REST`.
+        slices: of the array, by the name of the field.
+
     Raises:
-        ValueError: a shape for a field that is not there, or none for one that is an array.
+        ValueError: a shape for a field that is not there, or none for one that is an array, or
+            `REST` for a field that is not the last.
     """
 
     def __init__(self, names: type[Names], **shapes: Shape) -> None:
@@ -61,13 +69,18 @@ class Layout(Generic[Names]):
         self.slices: dict[str, slice] = {}
         start = 0
         for name, known in self.shapes.items():
+            if known == (REST,):
+                if name != fields[-1]:
+                    raise ValueError(f"{names.__name__}.{name}: REST, allowed for the last field")
+                self.slices[name] = slice(start, None)
+                break
             stop = start + math.prod(known or ())
             self.slices[name] = slice(start, stop)
             start = stop
         self.size = start
 
     def pack(self, **values: ArrayLike) -> Array:
-        """Return a new array (size,) with the values by name.
+        """Return a new array (size,) with the values by name; a `REST` makes it longer.
 
         Raises:
             ValueError: a field is missing or unknown, or a value has not its shape.
@@ -75,17 +88,19 @@ class Layout(Generic[Names]):
         if values.keys() != self.slices.keys():
             wrong = ", ".join(sorted(values.keys() ^ self.slices.keys()))
             raise ValueError(f"{self.names.__name__}: {wrong}, allowed {', '.join(self.slices)}")
-        row = np.empty(self.size)
-        for name, value in values.items():
-            shape = self.shapes[name] or ()
-            if np.shape(value) != shape:
-                raise ValueError(f"{name}: shape {np.shape(value)}, allowed {shape}")
-            row[self.slices[name]] = np.ravel(np.asarray(value, dtype=np.float64))
-        return row
+        parts = []
+        for name, shape in self.shapes.items():
+            value = np.asarray(values[name], dtype=np.float64)
+            wanted = (value.size,) if shape == (REST,) else shape or ()
+            if value.shape != wanted:
+                raise ValueError(f"{name}: shape {value.shape}, allowed {wanted}")
+            parts.append(np.ravel(value))
+        return np.concatenate(parts)
 
     def zeros(self, **values: ArrayLike) -> Array:
-        """Return a new array (size,), zero but for the values by name."""
-        rest = {name: np.zeros(self.shapes[name] or ()) for name in self.slices}
+        """Return a new array (size,), zero but for the values by name; a `REST` has no length."""
+        shapes = {name: self.shapes[name] or () for name in self.slices}
+        rest = {name: np.zeros(0 if at == (REST,) else at) for name, at in shapes.items()}
         return self.pack(**(rest | values))
 
     def unpack(self, row: Array) -> Names:
@@ -103,11 +118,18 @@ class Layout(Generic[Names]):
             where = self.slices[name]
             if shape is None:
                 parts.append(f"row[{where.start}]")
+            elif shape == (REST,):
+                parts.append(f"row[{where.start}:]")
             elif len(shape) == 1:
                 parts.append(f"row[{where.start}:{where.stop}]")
             else:
                 parts.append(f"row[{where.start}:{where.stop}].reshape({shape})")
+        # numba links cached kernels by the names of what they call, so each reader has its own, in
+        # every process the same: with one name for all, a kernel would read by another's layout.
+        body = f"return Names({', '.join(parts)})"
+        mark = zlib.crc32(f"{self.names.__module__} {body}".encode())
+        name = f"read_{self.names.__name__}_{mark:08x}"
         scope: dict[str, Any] = {"Names": self.names}
-        exec(f"def read(row):\n    return Names({', '.join(parts)})", scope)
-        read: Callable[[Array], Names] = njit(scope["read"])
+        exec(f"def {name}(row):\n    {body}", scope)
+        read: Callable[[Array], Names] = njit(scope[name])
         return read

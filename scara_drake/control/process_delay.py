@@ -15,6 +15,7 @@ from typing import Any, Final
 from scara_drake import joints
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.common import checks
+from scara_drake.common.fields import check
 
 AMPLITUDE = 100.0  # of zeta and d; in B in units of u [m/s², rad/s²]
 SAMPLE = 1e-3  # [s]
@@ -50,7 +51,7 @@ class ProcessDelay:
         for signal in ("actuation", "measurement", "reference"):
             delay = getattr(self, signal)
             if delay is not None:
-                delay.validate(f"{name}.{signal}")
+                check(delay, f"{name}.{signal}")
                 if delay.maximum() > LONGEST:
                     raise ValueError(
                         f"{name}.{signal}: a delay of up to {delay.maximum():g} s, allowed 0 to "

@@ -9,31 +9,42 @@ delays. It needs no model and no energy, and is sluggish: the dampers act in fre
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.common import checks
-from scara_drake.coupling.ends import (
-    HEAD,
-    NUMBER,
-    OWN,
-    Coupling,
-    F,
-    Kernel,
-    X,
-    admit,
-    meter,
-    meter_device,
-    receive,
-)
+from scara_drake.common.fields import number
+from scara_drake.common.layout import Layout
+from scara_drake.coupling.ends import Coupling, Exchange
+from scara_drake.coupling.kernels import admit, master_tick, meter, slave_tick
 
 Array = NDArray[np.float64]
 
-STIFFNESS, DAMPING = OWN, OWN + 1
-# Payload up and down: x (3).
-P_X, P_SIZE = 1, 4
+
+class Gains(NamedTuple):
+    """`PositionDamping` in a kernel, in the master's units."""
+
+    stiffness: float
+    damping: float
+
+
+class Position(NamedTuple):
+    """Payload up and down: position of the sender (3,) [m]."""
+
+    x: Array
+
+
+class SlaveMemory(NamedTuple):
+    """Position [m] and force of the coupling [N] of the last tick at the slave, each (3,)."""
+
+    x: Array
+    f: Array
+
+
+GAINS, POSITION, SLAVE_MEMORY = Layout(Gains), Layout(Position, x=3), Layout(SlaveMemory, x=3, f=3)
+gains_of, position_of, slave_memory_of = GAINS.reader(), POSITION.reader(), SLAVE_MEMORY.reader()
 
 
 def damping_margin(stiffness: float, damping: float, up: float, down: float) -> float:
@@ -49,83 +60,77 @@ def damping_margin(stiffness: float, damping: float, up: float, down: float) -> 
     return np.inf if demand == 0.0 else 4.0 * damping * damping / demand
 
 
+@njit(cache=True)
+def position_master(
+    motion_master: Array,
+    packet_from_slave: Array,
+    constants: Array,
+    memory: Array,
+    packet_to_slave: Array,
+    f_master: Array,
+    energy_master: Array,
+) -> None:
+    """One tick at the master."""
+    s = master_tick(
+        motion_master, packet_from_slave, constants, memory, packet_to_slave, f_master,
+        energy_master,
+    )  # fmt: skip
+    p, newest, sent = gains_of(s.gains), position_of(s.newest), position_of(s.sent)
+    for i in range(3):
+        f_master[i] = p.stiffness * (s.x[i] - newest.x[i])
+        f_master[i] += p.damping * s.v[i]
+        sent.x[i] = s.x[i]
+
+
+@njit(cache=True)
+def position_slave(
+    packet_from_master: Array,
+    f_env_on_tool_W: Array,
+    motion_limited: Array,
+    constants: Array,
+    memory: Array,
+    packet_to_master: Array,
+    tool_command: Array,
+    energy_slave: Array,
+) -> None:
+    """One tick at the slave; the port is the force of the coupling and the limited motion."""
+    s = slave_tick(
+        packet_from_master, f_env_on_tool_W, motion_limited, constants, memory, packet_to_master
+    )
+    p, m = gains_of(s.gains), slave_memory_of(s.memory)
+    newest, sent = position_of(s.newest), position_of(s.sent)
+    for i in range(3):
+        meter(energy_slave, i, -m.f[i] * (s.x[i] - m.x[i]))
+        f = p.stiffness * (newest.x[i] - s.x[i]) - p.damping * s.v[i]
+        m.x[i] = s.x[i]
+        m.f[i] = f
+        admit(i, f, s, tool_command)
+        sent.x[i] = s.x[i]
+
+
 @dataclass
 class PositionDamping(Coupling):
-    """P+d; both gains are at the tool, and the master has them times the scales."""
+    """P+d; both gains are at the tool, and the master has them times the scales.
 
-    stiffness: float = 100.0  # K [N/m]
-    damping: float = 30.0  # B [N s/m]
+    Attributes:
+        stiffness: K of both springs.
+        damping: B of both dampers.
+    """
 
-    def validate(self, name: str) -> None:
-        """Check the fields.
-
-        Raises:
-            ValueError: one line that names the field, its value and what is allowed.
-        """
-        super().validate(name)
-        checks.number(f"{name}.stiffness", self.stiffness, 0.0, 1e5)
-        checks.number(f"{name}.damping", self.damping, 0.0, 1e4)
+    stiffness: float = number(100.0, "N/m", 0.0, 1e5)
+    damping: float = number(30.0, "N s/m", 0.0, 1e4)
 
     def margin(self, up: float, down: float) -> float:
         """Return the `damping_margin` for the longest delays up and down [s]."""
         return damping_margin(self.stiffness, self.damping, up, down)
 
-    def kernels(self) -> tuple[Kernel, Kernel]:
-        """The kernels of one tick at the master and at the slave."""
-        return position_master, position_slave
-
-    def sizes(self) -> tuple[int, int, int, int]:
-        """Sizes of the packets up and down, and of the memories."""
-        return P_SIZE, P_SIZE, HEAD, HEAD
+    def exchange(self) -> Exchange:
+        """What the kind sends, remembers and does."""
+        return Exchange(
+            POSITION, POSITION, position_master, position_slave, slave_memory=SLAVE_MEMORY
+        )
 
     def parameters(self, period: float) -> Array:
         """The gains in the master's units."""
-        return self.impedance_scale * np.array([self.stiffness, self.damping])
-
-
-@njit(cache=True)
-def position_master(
-    motion: Array,
-    packet: Array,
-    constants: Array,
-    newest: Array,
-    memory: Array,
-    sent: Array,
-    f: Array,
-    energy: Array,
-) -> None:
-    """One tick at the master."""
-    receive(packet, newest)
-    meter_device(motion, f, constants, memory, energy)
-    for i in range(3):
-        f[i] = constants[STIFFNESS] * (motion[i] - newest[P_X + i])
-        f[i] += constants[DAMPING] * motion[3 + i]
-        sent[P_X + i] = motion[i]
-    sent[NUMBER] += 1.0
-
-
-@njit(cache=True)
-def position_slave(
-    motion: Array,
-    f_env: Array,
-    packet: Array,
-    constants: Array,
-    newest: Array,
-    memory: Array,
-    sent: Array,
-    command: Array,
-    energy: Array,
-) -> None:
-    """One tick at the slave; the port is the force of the coupling and the limited motion."""
-    receive(packet, newest)
-    for i in range(3):
-        meter(energy, i, -memory[F + i] * (motion[i] - memory[X + i]))
-        f = (
-            constants[STIFFNESS] * (newest[P_X + i] - motion[i])
-            - constants[DAMPING] * motion[3 + i]
-        )
-        memory[X + i] = motion[i]
-        memory[F + i] = f
-        admit(i, f, f_env[i], motion, constants, command)
-        sent[P_X + i] = motion[i]
-    sent[NUMBER] += 1.0
+        scale = self.impedance_scale
+        return GAINS.pack(stiffness=scale * self.stiffness, damping=scale * self.damping)

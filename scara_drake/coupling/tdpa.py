@@ -22,37 +22,141 @@ a wall: no force, so no energy, so no force.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.common import checks
-from scara_drake.coupling.ends import (
-    E_IN,
-    E_OUT,
-    HEAD,
-    HELD,
-    NUMBER,
-    OWN,
-    PERIOD,
-    Coupling,
-    F,
-    Kernel,
-    X,
-    admit,
-    hold_velocity,
-    meter,
-    meter_device,
-    receive,
-)
+from scara_drake.common.fields import number
+from scara_drake.common.layout import Layout
+from scara_drake.coupling.ends import Coupling, Exchange
+from scara_drake.coupling.kernels import admit, hold_velocity, master_tick, meter, slave_tick
+from scara_drake.coupling.layouts import meters_of
 
 Array = NDArray[np.float64]
 
-STIFFNESS, DAMPING, BRAKE, RESERVE, HORIZON, GUARD, DRIFT, SPEED, FADE = range(OWN, OWN + 9)
-# Payload up: x (3), v (3), E_in (3); down: f (3), E_in (3).
-UP_X, UP_V, UP_E, UP_SIZE = 1, 4, 7, 10
-DOWN_F, DOWN_E, DOWN_SIZE = 1, 4, 7
+
+class Gains(NamedTuple):
+    """`Tdpa` in a kernel, in the master's units.
+
+    A velocity that is held fades to the share `fade` at every tick.
+    """
+
+    stiffness: float
+    damping: float
+    master_damping: float
+    reserve: float
+    horizon: float
+    guard_speed: float
+    drift_gain: float
+    max_speed: float
+    fade: float
+
+
+class Up(NamedTuple):
+    """Payload to the slave: position [m], velocity [m/s], energy that came in [J]; (3,) each."""
+
+    x: Array
+    v: Array
+    e_in: Array
+
+
+class Down(NamedTuple):
+    """Payload to the master: force [N] and energy that came in [J], each (3,)."""
+
+    f: Array
+    e_in: Array
+
+
+class SlaveMemory(NamedTuple):
+    """Memory at the slave.
+
+    Attributes:
+        x_d: desired position x_sd (3,) [m].
+        f: force of the spring and the damper at the last tick (3,) [N].
+        v_held: received velocity (3,) [m/s].
+    """
+
+    x_d: Array
+    f: Array
+    v_held: Array
+
+
+GAINS, UP, DOWN = Layout(Gains), Layout(Up, x=3, v=3, e_in=3), Layout(Down, f=3, e_in=3)
+SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, v_held=3)
+gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
+slave_memory_of = SLAVE_MEMORY.reader()
+
+
+@njit(cache=True)
+def tdpa_master(
+    motion_master: Array,
+    packet_from_slave: Array,
+    constants: Array,
+    memory: Array,
+    packet_to_slave: Array,
+    f_master: Array,
+    energy_master: Array,
+) -> None:
+    """One tick at the master: meter the device, then limit the received force."""
+    s = master_tick(
+        motion_master, packet_from_slave, constants, memory, packet_to_slave, f_master,
+        energy_master,
+    )  # fmt: skip
+    p, newest, sent = gains_of(s.gains), down_of(s.newest), up_of(s.sent)
+    energy = meters_of(energy_master)
+    for i in range(3):
+        left = max(newest.e_in[i] + p.reserve - energy.e_out[i], 0.0)
+        force = newest.f[i]
+        # Speed at which the hand may be given way within the horizon.
+        retreat = max(p.guard_speed - math.copysign(1.0, force) * s.v[i], 0.0)
+        if abs(force) * retreat * p.horizon > left:
+            force = math.copysign(left / (retreat * p.horizon), force)
+        f_master[i] = force + p.master_damping * s.v[i]
+        sent.x[i] = s.x[i]
+        sent.v[i] = s.v[i]
+        sent.e_in[i] = energy.e_in[i]
+
+
+@njit(cache=True)
+def tdpa_slave(
+    packet_from_master: Array,
+    f_env_on_tool_W: Array,
+    motion_limited: Array,
+    constants: Array,
+    memory: Array,
+    packet_to_master: Array,
+    tool_command: Array,
+    energy_slave: Array,
+) -> None:
+    """One tick at the slave: limit the desired velocity, then let its spring move the tool.
+
+    The power is that of the force of the tick before, which is on its way to the master: with the
+    force that the step itself makes, the budget would count it twice and lock.
+    """
+    s = slave_tick(
+        packet_from_master, f_env_on_tool_W, motion_limited, constants, memory, packet_to_master
+    )
+    p, m = gains_of(s.gains), slave_memory_of(s.memory)
+    newest, sent, energy = up_of(s.newest), down_of(s.sent), meters_of(energy_slave)
+    hold_velocity(s.progress, newest.v, p.fade, m.v_held)
+    for i in range(3):
+        v = m.v_held[i] + p.drift_gain * (newest.x[i] - m.x_d[i])
+        v = min(max(v, -p.max_speed), p.max_speed)
+        power = m.f[i] * v
+        if power > 0.0:
+            left = max(newest.e_in[i] + p.reserve - energy.e_out[i], 0.0)
+            if power * p.horizon > left:
+                v *= left / (power * p.horizon)
+        # Seen from the slave, what goes out is what the master put in.
+        meter(energy_slave, i, -m.f[i] * v * s.period)
+        m.x_d[i] += v * s.period
+        f = p.stiffness * (m.x_d[i] - s.x[i]) + p.damping * (v - s.v[i])
+        m.f[i] = f
+        admit(i, f, s, tool_command)
+        sent.f[i] = f
+        sent.e_in[i] = energy.e_in[i]
 
 
 @dataclass
@@ -60,136 +164,44 @@ class Tdpa(Coupling):
     """Passivity in the time domain, for any delay, loss and reordering.
 
     Attributes:
-        stiffness: K_c from the desired position to the tool [N/m].
-        damping: B_c [N s/m].
-        master_damping: of the device beside its force, at the tool [N s/m]; what it takes from the
-            hand counts as energy that came in. It is felt in free motion, and saves the reserve.
-        reserve: E0 of each axis and direction, in the master's units [J]. A larger one shows more
+        stiffness: K_c from the desired position to the tool.
+        damping: B_c beside it.
+        master_damping: of the device beside its force, at the tool; what it takes from the hand
+            counts as energy that came in. It is felt in free motion, and saves the reserve.
+        reserve: E0 of each axis and direction, in the master's units. A larger one shows more
             force at a long delay and leaves a larger drift after the release.
-        horizon: time over which the energy that is left may be spent [s].
-        guard_speed: by which the master's force allows for a hand that turns round [m/s].
-        drift_gain: of the position error [1/s].
-        max_speed: of the desired position at the device [m/s].
-        fade_time: time constant of the received velocity while nothing arrives [s].
+        horizon: time over which the energy that is left may be spent.
+        guard_speed: by which the master's force allows for a hand that turns round.
+        drift_gain: of the position error.
+        max_speed: of the desired position at the device.
+        fade_time: time constant of the received velocity while nothing arrives.
     """
 
-    stiffness: float = 1000.0  # [N/m]
-    damping: float = 25.0  # [N s/m]
-    master_damping: float = 15.0  # [N s/m]
-    reserve: float = 0.03  # [J]
-    horizon: float = 0.02  # [s]
-    guard_speed: float = 0.02  # [m/s]
-    drift_gain: float = 5.0  # [1/s]
-    max_speed: float = 0.3  # [m/s]
-    fade_time: float = 0.02  # [s]
+    stiffness: float = number(1000.0, "N/m", 1.0, 1e5)
+    damping: float = number(25.0, "N s/m", 0.0, 1e4)
+    master_damping: float = number(15.0, "N s/m", 0.0, 100.0)
+    reserve: float = number(0.03, "J", 0.0, 100.0)
+    horizon: float = number(0.02, "s", 2e-3, 1.0)
+    guard_speed: float = number(0.02, "m/s", 1e-4, 10.0)
+    drift_gain: float = number(5.0, "1/s", 0.0, 100.0)
+    max_speed: float = number(0.3, "m/s", 1e-3, 10.0)
+    fade_time: float = number(0.02, "s", 1e-3, 10.0)
 
-    def validate(self, name: str) -> None:
-        """Check the fields.
-
-        Raises:
-            ValueError: one line that names the field, its value and what is allowed.
-        """
-        super().validate(name)
-        checks.number(f"{name}.stiffness", self.stiffness, 1.0, 1e5)
-        checks.number(f"{name}.damping", self.damping, 0.0, 1e4)
-        checks.number(f"{name}.master_damping", self.master_damping, 0.0, 100.0)
-        checks.number(f"{name}.reserve", self.reserve, 0.0, 100.0)
-        checks.number(f"{name}.horizon", self.horizon, 2e-3, 1.0)
-        checks.number(f"{name}.guard_speed", self.guard_speed, 1e-4, 10.0)
-        checks.number(f"{name}.drift_gain", self.drift_gain, 0.0, 100.0)
-        checks.number(f"{name}.max_speed", self.max_speed, 1e-3, 10.0)
-        checks.number(f"{name}.fade_time", self.fade_time, 1e-3, 10.0)
-
-    def kernels(self) -> tuple[Kernel, Kernel]:
-        """The kernels of one tick at the master and at the slave."""
-        return tdpa_master, tdpa_slave
-
-    def sizes(self) -> tuple[int, int, int, int]:
-        """Sizes of the packets up and down, and of the memories; the slave's keeps x_sd in X."""
-        return UP_SIZE, DOWN_SIZE, HEAD, HEAD
+    def exchange(self) -> Exchange:
+        """What the kind sends, remembers and does."""
+        return Exchange(UP, DOWN, tdpa_master, tdpa_slave, slave_memory=SLAVE_MEMORY)
 
     def parameters(self, period: float) -> Array:
-        """The constants of the kind, in the master's units."""
+        """The gains in the master's units."""
         scale = self.impedance_scale
-        return np.array(
-            [
-                scale * self.stiffness,
-                scale * self.damping,
-                scale * self.master_damping,
-                self.reserve,
-                self.horizon,
-                self.guard_speed,
-                self.drift_gain,
-                self.max_speed,
-                math.exp(-period / self.fade_time),
-            ]
+        return GAINS.pack(
+            stiffness=scale * self.stiffness,
+            damping=scale * self.damping,
+            master_damping=scale * self.master_damping,
+            reserve=self.reserve,
+            horizon=self.horizon,
+            guard_speed=self.guard_speed,
+            drift_gain=self.drift_gain,
+            max_speed=self.max_speed,
+            fade=math.exp(-period / self.fade_time),
         )
-
-
-@njit(cache=True)
-def tdpa_master(
-    motion: Array,
-    packet: Array,
-    constants: Array,
-    newest: Array,
-    memory: Array,
-    sent: Array,
-    f: Array,
-    energy: Array,
-) -> None:
-    """One tick at the master: meter the device, then limit the received force."""
-    receive(packet, newest)
-    meter_device(motion, f, constants, memory, energy)
-    for i in range(3):
-        left = max(newest[DOWN_E + i] + constants[RESERVE] - energy[E_OUT + i], 0.0)
-        force = newest[DOWN_F + i]
-        # Speed at which the hand may be given way within the horizon.
-        retreat = max(constants[GUARD] - math.copysign(1.0, force) * motion[3 + i], 0.0)
-        if abs(force) * retreat * constants[HORIZON] > left:
-            force = math.copysign(left / (retreat * constants[HORIZON]), force)
-        f[i] = force + constants[BRAKE] * motion[3 + i]
-        sent[UP_X + i] = motion[i]
-        sent[UP_V + i] = motion[3 + i]
-        sent[UP_E + i] = energy[E_IN + i]
-    sent[NUMBER] += 1.0
-
-
-@njit(cache=True)
-def tdpa_slave(
-    motion: Array,
-    f_env: Array,
-    packet: Array,
-    constants: Array,
-    newest: Array,
-    memory: Array,
-    sent: Array,
-    command: Array,
-    energy: Array,
-) -> None:
-    """One tick at the slave: limit the desired velocity, then let its spring move the tool.
-
-    The power is that of the force of the tick before, which is on its way to the master: with the
-    force that the step itself makes, the budget would count it twice and lock.
-    """
-    period, speed = constants[PERIOD], constants[SPEED]
-    progress = receive(packet, newest)
-    hold_velocity(progress, newest[UP_V : UP_V + 3], constants[FADE], memory)
-    for i in range(3):
-        v = memory[HELD + i] + constants[DRIFT] * (newest[UP_X + i] - memory[X + i])
-        v = min(max(v, -speed), speed)
-        power = memory[F + i] * v
-        if power > 0.0:
-            left = max(newest[UP_E + i] + constants[RESERVE] - energy[E_OUT + i], 0.0)
-            if power * constants[HORIZON] > left:
-                v *= left / (power * constants[HORIZON])
-        # Seen from the slave, what goes out is what the master put in.
-        meter(energy, i, -memory[F + i] * v * period)
-        memory[X + i] += v * period
-        f = constants[STIFFNESS] * (memory[X + i] - motion[i]) + constants[DAMPING] * (
-            v - motion[3 + i]
-        )
-        memory[F + i] = f
-        admit(i, f, f_env[i], motion, constants, command)
-        sent[DOWN_F + i] = f
-        sent[DOWN_E + i] = energy[E_IN + i]
-    sent[NUMBER] += 1.0

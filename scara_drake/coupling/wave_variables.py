@@ -17,78 +17,67 @@ the joints are truly asked for, as in `tdpa`.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.common import checks
-from scara_drake.coupling.ends import (
-    HEAD,
-    NUMBER,
-    OWN,
-    PERIOD,
-    Coupling,
-    Kernel,
-    X,
-    admit,
-    meter,
-    meter_device,
-    receive,
-)
+from scara_drake.common.fields import number
+from scara_drake.common.layout import Layout
+from scara_drake.coupling.ends import Coupling, Exchange
+from scara_drake.coupling.kernels import admit, master_tick, meter, slave_tick
 
 Array = NDArray[np.float64]
 
-IMPEDANCE, STIFFNESS, DAMPING, DRIFT, SPEED = range(OWN, OWN + 5)
-# Payload up: wave (3), its energy (3) [J], x (3); down: wave (3), its energy (3).
-WAVE, ENERGY, UP_X, UP_SIZE, DOWN_SIZE = 1, 4, 7, 10, 7
-# Memory after the head: energy of the waves that were played (3) [J].
-PLAYED, MEMORY = HEAD, HEAD + 3
+
+class Gains(NamedTuple):
+    """`WaveVariables` in a kernel, in the master's units."""
+
+    impedance: float
+    stiffness: float
+    damping: float
+    drift_gain: float
+    max_speed: float
 
 
-@dataclass
-class WaveVariables(Coupling):
-    """Wave variables.
+class Up(NamedTuple):
+    """Payload to the slave: wave [sqrt(W)], energy of all waves [J], position [m], each (3,)."""
+
+    wave: Array
+    energy: Array
+    x: Array
+
+
+class Down(NamedTuple):
+    """Payload to the master: wave [sqrt(W)] and energy of all waves [J], each (3,)."""
+
+    wave: Array
+    energy: Array
+
+
+class MasterMemory(NamedTuple):
+    """Energy of the waves that were played at the master (3,) [J]."""
+
+    played: Array
+
+
+class SlaveMemory(NamedTuple):
+    """Memory at the slave.
 
     Attributes:
-        impedance: b at the tool [N s/m]; large is heavy in free motion, small is soft in contact.
-        stiffness: K_c from the desired position to the tool [N/m].
-        damping: B_c [N s/m].
-        drift_gain: of the position error, as far as its energy goes [1/s].
-        max_speed: of that correction at the device [m/s].
+        x_d: desired position x_sd (3,) [m].
+        played: energy of the waves that were played (3,) [J].
     """
 
-    impedance: float = 20.0  # [N s/m]
-    stiffness: float = 1000.0  # [N/m]
-    damping: float = 40.0  # [N s/m]
-    drift_gain: float = 5.0  # [1/s]
-    max_speed: float = 0.1  # [m/s]
+    x_d: Array
+    played: Array
 
-    def validate(self, name: str) -> None:
-        """Check the fields.
 
-        Raises:
-            ValueError: one line that names the field, its value and what is allowed.
-        """
-        super().validate(name)
-        checks.number(f"{name}.impedance", self.impedance, 0.1, 1e3)
-        checks.number(f"{name}.stiffness", self.stiffness, 1.0, 1e5)
-        checks.number(f"{name}.damping", self.damping, 0.0, 1e4)
-        checks.number(f"{name}.drift_gain", self.drift_gain, 0.0, 100.0)
-        checks.number(f"{name}.max_speed", self.max_speed, 1e-3, 10.0)
-
-    def kernels(self) -> tuple[Kernel, Kernel]:
-        """The kernels of one tick at the master and at the slave."""
-        return wave_master, wave_slave
-
-    def sizes(self) -> tuple[int, int, int, int]:
-        """Sizes of the packets up and down, and of the memories; the slave's keeps x_sd in X."""
-        return UP_SIZE, DOWN_SIZE, MEMORY, MEMORY
-
-    def parameters(self, period: float) -> Array:
-        """The constants of the kind, in the master's units."""
-        impedances = self.impedance_scale * np.array([self.impedance, self.stiffness, self.damping])
-        return np.concatenate([impedances, [self.drift_gain, self.max_speed]])
+GAINS, UP, DOWN = Layout(Gains), Layout(Up, wave=3, energy=3, x=3), Layout(Down, wave=3, energy=3)
+MASTER_MEMORY, SLAVE_MEMORY = Layout(MasterMemory, played=3), Layout(SlaveMemory, x_d=3, played=3)
+gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
+master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader()
 
 
 @njit(cache=True)
@@ -102,63 +91,99 @@ def affordable(wave: float, arrived: float, played: float, period: float) -> flo
 
 @njit(cache=True)
 def wave_master(
-    motion: Array,
-    packet: Array,
+    motion_master: Array,
+    packet_from_slave: Array,
     constants: Array,
-    newest: Array,
     memory: Array,
-    sent: Array,
-    f: Array,
-    energy: Array,
+    packet_to_slave: Array,
+    f_master: Array,
+    energy_master: Array,
 ) -> None:
     """One tick at the master."""
-    period, b = constants[PERIOD], constants[IMPEDANCE]
-    receive(packet, newest)
-    meter_device(motion, f, constants, memory, energy)
+    s = master_tick(
+        motion_master, packet_from_slave, constants, memory, packet_to_slave, f_master,
+        energy_master,
+    )  # fmt: skip
+    m, newest, sent = master_memory_of(s.memory), down_of(s.newest), up_of(s.sent)
+    period, b = s.period, gains_of(s.gains).impedance
     for i in range(3):
-        w = affordable(newest[WAVE + i], newest[ENERGY + i], memory[PLAYED + i], period)
-        memory[PLAYED + i] += 0.5 * w * w * period
-        f[i] = b * motion[3 + i] - math.sqrt(2.0 * b) * w
-        u = (b * motion[3 + i] + f[i]) / math.sqrt(2.0 * b)
-        sent[WAVE + i] = u
-        sent[ENERGY + i] += 0.5 * u * u * period
-        sent[UP_X + i] = motion[i]
-    sent[NUMBER] += 1.0
+        w = affordable(newest.wave[i], newest.energy[i], m.played[i], period)
+        m.played[i] += 0.5 * w * w * period
+        f_master[i] = b * s.v[i] - math.sqrt(2.0 * b) * w
+        u = (b * s.v[i] + f_master[i]) / math.sqrt(2.0 * b)
+        sent.wave[i] = u
+        sent.energy[i] += 0.5 * u * u * period
+        sent.x[i] = s.x[i]
 
 
 @njit(cache=True)
 def wave_slave(
-    motion: Array,
-    f_env: Array,
-    packet: Array,
+    packet_from_master: Array,
+    f_env_on_tool_W: Array,
+    motion_limited: Array,
     constants: Array,
-    newest: Array,
     memory: Array,
-    sent: Array,
-    command: Array,
-    energy: Array,
+    packet_to_master: Array,
+    tool_command: Array,
+    energy_slave: Array,
 ) -> None:
     """One tick at the slave; the port is v_s and the force of its spring and damper.
 
     Both are solved for together: b v_s + f = sqrt(2 b) u_s, f = K_c (x_sd - x) + B_c (v_s - v).
     """
-    period, b = constants[PERIOD], constants[IMPEDANCE]
-    stiffness, damping, speed = constants[STIFFNESS], constants[DAMPING], constants[SPEED]
-    receive(packet, newest)
+    s = slave_tick(
+        packet_from_master, f_env_on_tool_W, motion_limited, constants, memory, packet_to_master
+    )
+    p, m = gains_of(s.gains), slave_memory_of(s.memory)
+    newest, sent = up_of(s.newest), down_of(s.sent)
+    period, b = s.period, p.impedance
     for i in range(3):
-        drift = constants[DRIFT] * (newest[UP_X + i] - memory[X + i])
-        drift = min(max(drift, -speed), speed)
-        u = newest[WAVE + i] + math.sqrt(0.5 * b) * drift
-        u = affordable(u, newest[ENERGY + i], memory[PLAYED + i], period)
-        memory[PLAYED + i] += 0.5 * u * u * period
+        drift = p.drift_gain * (newest.x[i] - m.x_d[i])
+        drift = min(max(drift, -p.max_speed), p.max_speed)
+        u = newest.wave[i] + math.sqrt(0.5 * b) * drift
+        u = affordable(u, newest.energy[i], m.played[i], period)
+        m.played[i] += 0.5 * u * u * period
         # The spring of the end of the step, which adds no energy of its own.
-        rest = stiffness * (memory[X + i] - motion[i]) - damping * motion[3 + i]
-        v = (math.sqrt(2.0 * b) * u - rest) / (b + damping + stiffness * period)
+        rest = p.stiffness * (m.x_d[i] - s.x[i]) - p.damping * s.v[i]
+        v = (math.sqrt(2.0 * b) * u - rest) / (b + p.damping + p.stiffness * period)
         f = math.sqrt(2.0 * b) * u - b * v
-        memory[X + i] += v * period
-        meter(energy, i, -f * v * period)
-        admit(i, f, f_env[i], motion, constants, command)
+        m.x_d[i] += v * period
+        meter(energy_slave, i, -f * v * period)
+        admit(i, f, s, tool_command)
         w = u - math.sqrt(2.0 / b) * f
-        sent[WAVE + i] = w
-        sent[ENERGY + i] += 0.5 * w * w * period
-    sent[NUMBER] += 1.0
+        sent.wave[i] = w
+        sent.energy[i] += 0.5 * w * w * period
+
+
+@dataclass
+class WaveVariables(Coupling):
+    """Wave variables.
+
+    Attributes:
+        impedance: b at the tool; large is heavy in free motion, small is soft in contact.
+        stiffness: K_c from the desired position to the tool.
+        damping: B_c beside it.
+        drift_gain: of the position error, as far as its energy goes.
+        max_speed: of that correction at the device.
+    """
+
+    impedance: float = number(20.0, "N s/m", 0.1, 1e3)
+    stiffness: float = number(1000.0, "N/m", 1.0, 1e5)
+    damping: float = number(40.0, "N s/m", 0.0, 1e4)
+    drift_gain: float = number(5.0, "1/s", 0.0, 100.0)
+    max_speed: float = number(0.1, "m/s", 1e-3, 10.0)
+
+    def exchange(self) -> Exchange:
+        """What the kind sends, remembers and does."""
+        return Exchange(UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY)
+
+    def parameters(self, period: float) -> Array:
+        """The gains in the master's units."""
+        scale = self.impedance_scale
+        return GAINS.pack(
+            impedance=scale * self.impedance,
+            stiffness=scale * self.stiffness,
+            damping=scale * self.damping,
+            drift_gain=self.drift_gain,
+            max_speed=self.max_speed,
+        )

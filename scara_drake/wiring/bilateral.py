@@ -49,7 +49,7 @@ def add_bilateral(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, first, q_start, seed, period),
     )
-    size_up, size_down = coupling.sizes()[:2]
+    exchange = coupling.exchange()
     uplink, downlink = (
         builder.AddNamedSystem(
             name,
@@ -57,7 +57,10 @@ def add_bilateral(
                 np.zeros(size), period, scenario.seed_of(name)
             ),
         )
-        for name, direction, size in (("uplink", "up", size_up), ("downlink", "down", size_down))
+        for name, direction, size in (
+            ("uplink", "up", exchange.up_size),
+            ("downlink", "down", exchange.down_size),
+        )
     )
     f_env_on_tool_W = signals.get("f_env_on_tool_W")
     if f_env_on_tool_W is None:

@@ -22,8 +22,9 @@ from rich.progress import track
 
 from scara_drake import metrics
 from scara_drake.channel.delays import ConstantDelay
+from scara_drake.channel.impairments import Loss
 from scara_drake.channel.links import Channel, Link
-from scara_drake.channel.packets import Loss, Packets
+from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
 from scara_drake.coupling.tdpa import Tdpa
