@@ -24,6 +24,7 @@ from rich.text import Text
 
 from scara_drake.channel.presets import PRESETS
 from scara_drake.experiments.claim import Claim
+from scara_drake.experiments.report import sentence
 from scara_drake.experiments.teleoperation.couplings import CASES, COUPLINGS, LINKS, run
 from scara_drake.recordings.recorder import versions
 
@@ -176,7 +177,7 @@ def write(folder: Path, grids: Sequence[Grid], claims: Sequence[Claim], command:
     lines = ["# Bilateral couplings over the named channels", ""]
     lines += [f"{date.today().isoformat()}; {taking_part}.", "", f"Written by `{command}`.", ""]
     lines += [line for text in LEGEND for line in (text, "")]
-    lines += [f"- **{claim.statement}.** {claim.ours}. {claim.reason}" for claim in claims]
+    lines += [f"- {sentence(claim)}" for claim in claims]
     lines += ["", *(line for grid in grids for line in grid.markdown())]
     (folder / "couplings.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
 
@@ -197,7 +198,6 @@ def main(arguments: list[str] | None = None) -> None:
         presets=options.presets,
         cases=CASES,
         jobs=options.jobs,
-        progress=True,
     )
     data = experiment.data
     grids = [summary(data), *(channel(data, name) for name in data.preset.values)]
@@ -205,7 +205,7 @@ def main(arguments: list[str] | None = None) -> None:
     for grid in grids:
         grid.print(console)
     for claim in experiment.claims:
-        console.print(f"{claim.statement}: {claim.ours}. {claim.reason}\n", highlight=False)
+        console.print(f"{sentence(claim)}\n", highlight=False)
     if options.output:
         write(options.output, grids, experiment.claims, "python benchmarks/couplings.py")
         console.print(f"Results: {options.output / 'couplings.md'}")

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from scara_drake.channel.delays import ConstantDelay
 from scara_drake.channel.impairments import Loss
 from scara_drake.channel.packets import Packets
-from scara_drake.experiments.claim import VERDICTS, Experiment
+from scara_drake.experiments.claim import OURS, REPRODUCED, VERDICTS, Experiment
+from scara_drake.experiments.quantity import text
 from scara_drake.experiments.teleoperation import couplings
 
 SMALL = {
@@ -32,7 +33,9 @@ def small() -> Experiment:
 
 
 def met(data: xr.Dataset) -> list[bool]:
-    return ["Criterion of our own, met" in claim.reason for claim in couplings.claims(data)]
+    claims = couplings.claims(data)
+    assert all(claim.source == OURS for claim in claims)
+    return [claim.verdict == REPRODUCED for claim in claims]
 
 
 def test_the_data_are_labelled_and_the_claims_complete() -> None:
@@ -45,8 +48,8 @@ def test_the_data_are_labelled_and_the_claims_complete() -> None:
     assert len(experiment.claims) == 2
     for claim in experiment.claims:
         assert claim.verdict in VERDICTS
-        assert all([claim.statement, claim.paper, claim.ours, claim.reason])
-        assert "nan" not in claim.ours
+        assert all([claim.statement, text(claim.measured), claim.reason])
+        assert "nan" not in text(claim.measured) + claim.reason
 
 
 def test_direct_is_unstable_at_the_wall_only_and_tdpa_is_stable() -> None:

@@ -5,8 +5,9 @@ import functools
 import numpy as np
 import pytest
 
-from scara_drake.experiments.claim import NOT_COMPARABLE
+from scara_drake.experiments.claim import NOT_COMPARABLE, NOT_REPRODUCED, PAPER, REPRODUCED
 from scara_drake.experiments.control import perturbation_observer as study
+from scara_drake.experiments.quantity import text
 
 
 @functools.cache
@@ -21,10 +22,12 @@ def test_the_data_are_labelled_and_the_claims_say_why():
         assert values.attrs["long_name"], name
         assert np.isfinite(values).all(), name
     for claim in result.claims:
-        assert claim.verdict == NOT_COMPARABLE  # the paper gives no number
+        assert claim.paper is None  # the paper gives no number
+        assert (claim.verdict == NOT_COMPARABLE) == (claim.source == PAPER)
         assert "future work" in claim.statement
         assert len(claim.reason) > 30
-        assert "nan" not in claim.ours + claim.reason
+        assert "nan" not in text(claim.measured) + claim.reason
+    assert [claim.verdict for claim in result.claims[::3]] == [REPRODUCED, REPRODUCED]
 
 
 @pytest.mark.parametrize("case", ["weak", "weak, 3 m_hat", "weak, m_hat / 3"])
@@ -85,14 +88,16 @@ def test_it_judges_what_it_is_given():
     data.rmse.loc[{"law": study.OBSERVER}] = data.rmse.sel(law=study.PLAIN).values / 2.0
     data.force_estimated[:] = 1.2 * data.force
     claims = study.claims(data)
-    assert "2.0 times lower" in claims[0].ours
-    assert "not met" in claims[0].reason
+    assert str(claims[0].measured) == "2 times lower RMSE"
+    assert claims[0].verdict == NOT_REPRODUCED
     assert "Table 12, 3 m_hat" in claims[1].reason
-    assert "20.0 % of the force" in claims[3].ours
-    assert "not met" in claims[3].reason
+    assert claims[3].measured[0].values == (pytest.approx(20.0),)
+    assert claims[3].measured[0].unit == "%"
+    assert claims[3].verdict == NOT_REPRODUCED
     assert study.free_error(data) == 0.0
     data.force[:] = 0.0
-    assert "no steady contact" in study.claims(data)[3].ours
+    assert "no steady contact" in text(study.claims(data)[3].measured)
+    assert study.claims(data)[3].verdict == NOT_REPRODUCED
 
 
 def test_steady_needs_half_a_second_without_a_change():

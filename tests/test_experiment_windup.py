@@ -5,8 +5,9 @@ import pytest
 
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
-from scara_drake.experiments import NOT_COMPARABLE
+from scara_drake.experiments.claim import OURS, REPRODUCED
 from scara_drake.experiments.control import windup
+from scara_drake.experiments.quantity import text
 
 
 @lru_cache
@@ -83,6 +84,6 @@ def test_a_motion_within_the_limits_is_the_same_with_and_without_the_governor(go
 
 def test_claims_carry_their_evidence():
     for claim in result().claims:
-        assert claim.verdict == NOT_COMPARABLE
-        assert "own, met:" in claim.reason
-        assert "nan" not in claim.ours
+        assert (claim.source, claim.verdict) == (OURS, REPRODUCED)
+        assert claim.paper is None
+        assert "nan" not in text(claim.measured)

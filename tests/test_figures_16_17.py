@@ -7,6 +7,7 @@ import pytest
 
 from scara_drake.experiments.claim import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
 from scara_drake.experiments.control import figures_16_17 as figures
+from scara_drake.experiments.quantity import text
 from scara_drake.scenario import load_scenario
 
 PLAIN, RAW, HEAVY = figures.RUNS
@@ -71,7 +72,7 @@ def test_verdicts():
     assert verdicts(experiment().claims) == [
         REPRODUCED, IN_KIND, REPRODUCED, REPRODUCED, NOT_COMPARABLE,
     ]  # fmt: skip
-    assert "0.922 mm in mm and N" in experiment().claims[1].ours
+    assert "0.922 mm (in mm and N)" in text(experiment().claims[1].measured)
 
 
 def test_it_judges_what_it_is_given():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scara_drake import joints
+from scara_drake.experiments.quantity import text
 from scara_drake.experiments.teleoperation import figure_28, figures_20_27
 
 
@@ -66,4 +67,4 @@ def test_delays_are_felt_at_the_edges_of_the_press(haptics):
 def test_claims_have_a_criterion(name, request):
     for claim in request.getfixturevalue(name).claims:
         assert claim.reason
-        assert "nan" not in claim.ours or claim.verdict != "reproduced"
+        assert "nan" not in text(claim.measured) or claim.verdict != "reproduced"

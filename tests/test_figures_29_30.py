@@ -15,6 +15,7 @@ from scara_drake.experiments.claim import (
     VERDICTS,
 )
 from scara_drake.experiments.control import figures_29_30 as figures
+from scara_drake.experiments.quantity import text
 
 
 @functools.cache
@@ -36,7 +37,7 @@ def test_the_data_are_labelled_and_the_claims_say_why():
     for claim in result.claims:
         assert claim.verdict in VERDICTS
         assert len(claim.reason) > 30
-        assert "nan" not in claim.ours + claim.reason
+        assert "nan" not in text(claim.measured) + claim.reason
 
 
 def test_a_joint_alone_errs_by_what_the_laws_leave():
@@ -111,7 +112,7 @@ def test_it_judges_what_it_is_given():
     late = data.q_desired.shift(time=30, fill_value=0.0)
     data.q_measured.loc[{"controller": "SMC, high gain", "reading": "C"}] = 0.9 * late
     assert verdicts(figures.claims(data))[:4] == [REPRODUCED] * 4
-    assert "met by C" in figures.claims(data)[3].reason
+    assert "in that window: C" in text(figures.claims(data)[3].measured)
     data.q_measured.loc[{"controller": "ISMC"}] += 0.1
     assert verdicts(figures.claims(data))[0] == NOT_REPRODUCED
     data.q_measured[:] = 9.0

@@ -13,6 +13,7 @@ from scara_drake.experiments.claim import (
     VERDICTS,
 )
 from scara_drake.experiments.control import stability
+from scara_drake.experiments.quantity import text
 from scara_drake.stability.robustness import VARIATIONS
 
 SMALL = {
@@ -40,8 +41,8 @@ def test_the_data_are_labelled_and_the_claims_complete():
     assert result.data.attrs["seed"] == 0
     for claim in result.claims:
         assert claim.verdict in VERDICTS
-        assert all([claim.statement, claim.paper, claim.ours, claim.reason])
-        assert "nan" not in claim.ours + claim.reason
+        assert all([claim.statement, text(claim.paper), text(claim.measured), claim.reason])
+        assert "nan" not in text(claim.measured) + claim.reason
     again = stability.run(**SMALL)
     assert result.data.identical(again.data)
 

@@ -12,6 +12,7 @@ from scara_drake.experiments.claim import (
     REPRODUCED,
     VERDICTS,
     Claim,
+    Criterion,
     Experiment,
 )
 from scara_drake.experiments.control import (
@@ -65,5 +66,6 @@ __all__ = [
     "REPRODUCED",
     "VERDICTS",
     "Claim",
+    "Criterion",
     "Experiment",
 ]

@@ -23,21 +23,28 @@ from scara_drake.control.process_delay import (
     CONTROL_DELAY_READINGS,
     perturbation_reading,
 )
-from scara_drake.experiments.claim import NOT_COMPARABLE, Claim, Experiment, judge, variable
+from scara_drake.experiments.claim import Claim, Experiment
+from scara_drake.experiments.control import figures_29_30_claims
+from scara_drake.experiments.control.figures_29_30_claims import (
+    ALONE,
+    HARD,
+    HIGH,
+    INDEX,
+    JOINT,
+    PEAK,
+    PLAIN,
+    SINE,
+)
+from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
 
 Array = NDArray[np.float64]
 
-JOINT: Final = "theta2"
-INDEX = joints.JOINT_NAMES.index(JOINT)
 TABLE_12 = IntegralSlidingMode()
 C, K, RHO = TABLE_12.c[INDEX], TABLE_12.k[INDEX], TABLE_12.rho[INDEX]
-HIGH = 700.0  # gain of the SMC in Table 10
-CONTROLLERS: Final = {"ISMC": (K, RHO), "SMC": (0.0, RHO), "SMC, high gain": (0.0, HIGH)}
+CONTROLLERS: Final = {PLAIN: (K, RHO), "SMC": (0.0, RHO), HARD: (0.0, HIGH)}
 
-SINE = (0.7854, 1.25)  # of the reference of joint 2 in joint_sine [rad], [rad/s]
-PEAK = math.sqrt(2.0) * AMPLITUDE
 # The peak at the share of the drive's largest u that it has of rho.
 REDUCED = AMPLITUDE / RHO * joints.EFFORT[INDEX] / float(robot.nominal_inertias()[INDEX])
 READINGS: Final[dict[str, dict[str, Any]]] = {
@@ -47,14 +54,8 @@ READINGS: Final[dict[str, dict[str, Any]]] = {
     "B reduced": perturbation_reading(JOINT, REDUCED),
     "C": CONTROL_DELAY_READINGS["C"],
 }
-ALONE = "B alone"
-
 START = 1.0  # [s]: before it the drives take up the weight of the arm
 WINDOW = (2.7, 4.8)  # [s], where the paper reports the errors
-SATISFACTORY = 0.01  # of the amplitude of the reference
-TIMES_WORSE = 2.0
-LAG = 0.01  # [s], a delay of the response that a figure shows
-UNDERSHOOT = 0.02  # of the amplitude
 
 
 @njit(cache=True)
@@ -114,9 +115,9 @@ def run(seed: int = 0, duration: float = 7.0) -> Experiment:
     dims = ("reading", "controller", "time")
     data = xr.Dataset(
         {
-            "q_desired": variable(("time",), values[0, 0, :, 0], "rad", "reference of joint 2"),
-            "q_measured": variable(dims, values[..., 1], "rad", "joint 2 of the plant"),
-            "tau": variable(dims, values[..., 2], "N m", "effort of joint 2, within its limits"),
+            "q_desired": labelled(("time",), values[0, 0, :, 0], "rad", "reference of joint 2"),
+            "q_measured": labelled(dims, values[..., 1], "rad", "joint 2 of the plant"),
+            "tau": labelled(dims, values[..., 2], "N m", "effort of joint 2, within its limits"),
         },
         coords={
             "reading": list(runs),
@@ -180,87 +181,17 @@ def _error(data: xr.Dataset) -> xr.DataArray:
 
 
 def claims(data: xr.Dataset) -> list[Claim]:
-    """Judge each statement by the readings that suit it; see `run` for the data.
-
-    A reading in which the error grows beyond the amplitude of the reference is lost: it has no
-    response to speak of, and meets no criterion.
-    """
-    names = [str(name) for name in data.reading.values if name != "none"]
-    largest = largest_error(data)
-    lost = _where(largest.max("controller") > SINE[0], names)
-    readings = [name for name in names if name not in lost]
-    ismc, smc = "ISMC", "SMC, high gain"
-
-    error = largest.sel(controller=ismc)
-    allowed = SATISFACTORY * SINE[0]
-    good = _where(error <= allowed, readings)
-    ratio = largest.sel(controller=smc) / error
-    worse = _where(ratio >= TIMES_WORSE, readings)
-    late, lack = lag(data) >= LAG, undershoot(data) >= UNDERSHOOT
-    drags = _where((late & lack).sel(controller=smc), readings)
-    free = _where(~(late | lack).sel(controller=ismc), readings)
-    alike = _where((late | lack).sel(controller=smc), readings)
-    share = error_in_window(data).sel(controller=ismc)
-    seen = _where((share >= TIMES_WORSE) & (error >= 1e-3 * SINE[0]), readings)
-    dragged = [name for name in drags if name in free]
-    met = {name: sum(name in x for x in (good, worse, dragged, seen)) for name in names}
-    needed = PEAK * float(robot.nominal_inertias()[INDEX])
-
-    def listed(values: xr.DataArray, form: str) -> str:
-        return ", ".join(f"'{n}' {form.format(float(values.sel(reading=n)))}" for n in readings)
-
-    return [
-        Claim(
-            "ISMC stays satisfactory under zeta(t) and d(t)",
-            "satisfactory",
-            f"largest error {listed(error, '{:.2g} rad')}; lost: {_names(lost)}",
-            judge(bool(good)),
-            f"Criterion: within {1e3 * allowed:.1f} mrad, 1 % of the amplitude, by one of the "
-            f"readings; met by {_names(good)}. A puts 100 ms into a loop that bears 2 ms. B asks "
-            f"{1e-3 * needed:.0f} kN m of a drive of {1e-3 * joints.EFFORT[INDEX]:.0f} kN m.",
-        ),
-        Claim(
-            "SMC errs more than ISMC, even with a high gain",
-            "higher errors",
-            f"SMC with {HIGH:g} over ISMC {listed(ratio, '{:.2g}')}",
-            judge(any(name in good for name in worse), bool(worse)),
-            f"Criterion: at least twice the error where ISMC is satisfactory (in kind: anywhere); "
-            f"met by {_names(worse)}. SMC with the gain of ISMC errs by "
-            f"{listed(largest.sel(controller='SMC'), '{:.2g} rad')}.",
-        ),
-        Claim(
-            "SMC lags and undershoots",
-            "significant delays, undershoots",
-            f"lag {listed(1e3 * lag(data).sel(controller=smc), '{:.0f} ms')}; undershoot "
-            f"{listed(1e2 * undershoot(data).sel(controller=smc), '{:.2g} %')} (gain {HIGH:g})",
-            judge(bool(dragged), bool(alike)),
-            f"Criterion: a lag of {1e3 * LAG:.0f} ms and an undershoot of {1e2 * UNDERSHOOT:.0f} % "
-            "that ISMC has not (in kind: one of them, and ISMC may have it too); met by "
-            f"{_names(dragged)}, in kind by {_names(alike)}.",
-        ),
-        Claim(
-            "ISMC errs and chatters from 2.7 to 4.8 s",
-            "certain errors in that window",
-            f"largest error inside over outside {listed(share, '{:.2g}')}",
-            judge(bool(seen)),
-            "Criterion: at least twice as large inside, and above 0.1 % of the amplitude; met by "
-            f"{_names(seen)}. zeta + d has its trough of -141 at 3.93 s, but a peak of 141 at "
-            "0.79 s and 7.07 s too; and inside the boundary layer the error of ISMC follows the "
-            "rate of a perturbation, not its size.",
-        ),
-        Claim(
-            "The place and the unit of zeta(t) and d(t)",
-            "not given",
-            ", ".join(f"'{name}' {count} of 4" for name, count in met.items()),
-            NOT_COMPARABLE,
-            "Criteria above that each reading meets; the paper has no statement to compare with.",
-        ),
-    ]
-
-
-def _where(condition: xr.DataArray, readings: list[str]) -> list[str]:
-    return [name for name in readings if bool(condition.sel(reading=name))]
-
-
-def _names(readings: list[str]) -> str:
-    return " and ".join(readings) or "none"
+    """Judge each statement by the readings that suit it; see `run` for the data."""
+    alone = data.sel(reading=ALONE, controller=PLAIN, time=slice(START, None))
+    error = alone.q_desired - alone.q_measured
+    waves = {"size_correlation": np.sin, "rate_correlation": np.cos}  # of a perturbation
+    found = xr.Dataset(
+        {
+            "largest": largest_error(data),
+            "share": error_in_window(data),
+            "lag": lag(data),
+            "undershoot": undershoot(data),
+            **{n: abs(xr.corr(error, wave(alone.time + math.pi / 4))) for n, wave in waves.items()},
+        }
+    )
+    return figures_29_30_claims.claims(found)

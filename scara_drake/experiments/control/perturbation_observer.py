@@ -24,7 +24,9 @@ from scara_drake.control.integral_sliding_mode import (
 )
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode, observer_law
 from scara_drake.control.perturbation_observer import observer_gains
-from scara_drake.experiments.claim import NOT_COMPARABLE, Claim, Experiment, variable
+from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment
+from scara_drake.experiments.quantity import quantity
+from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
 
@@ -178,14 +180,14 @@ def run(seed: int = 0, duration: float = 10.0, contact_duration: float = 30.0) -
     contact = simulate(scenario, duration=contact_duration).isel(time=slice(None, None, 10))
     data = xr.Dataset(
         {
-            "rmse": variable(("case", "law"), rmse, "rad", "root of the mean square error"),
-            "total_variation": variable(
+            "rmse": labelled(("case", "law"), rmse, "rad", "root of the mean square error"),
+            "total_variation": labelled(
                 ("case", "law"), variation, "rad/s^2 per s", "sum of |u_k - u_(k-1)| per second"
             ),
-            "force": variable(
+            "force": labelled(
                 ("time", "axis"), contact.f_env_on_tool_W.values, "N", "force of the walls"
             ),
-            "force_estimated": variable(
+            "force_estimated": labelled(
                 ("time", "axis"), contact.f_estimated_W.values, "N", "that force without a sensor"
             ),
         },
@@ -225,53 +227,68 @@ def claims(data: xr.Dataset) -> list[Claim]:
     """Say what the observer brings and what it costs; the paper has nothing to compare with."""
     gain = data.rmse.sel(law=PLAIN) / data.rmse.sel(law=OBSERVER)
     variation = data.total_variation.sel(law=OBSERVER) / data.total_variation.sel(law=PLAIN)
-    pays = [str(name) for name in data.case.values if gain.sel(case=name) > 1.0]
-    rougher = [str(name) for name in data.case.values if variation.sel(case=name) > 1.0]
-    required = float(gain.sel(case=REQUIRED))
-    error = contact_error(data)
-    count = int(error.notnull().sum())
-    pressed = f"at most {100 * float(error.max()):.1f} %" if count else "no steady contact"
-
-    def listed(values: xr.DataArray) -> str:
-        return "; ".join(
-            f"'{name}' {float(values.sel(case=name)):.2g}" for name in data.case.values
-        )
-
+    pays, rougher = _above_one(gain), _above_one(variation)
     return [
-        Claim(
-            "An observer would allow a smaller switching gain (future work)",
-            "no number",
-            f"RMSE {required:.1f} times lower with rho 5 than ISMC with rho 20; weak gains, three "
-            "times the nominal inertia",
-            NOT_COMPARABLE,
-            f"Own criterion: {TIMES_BETTER:g} times lower, "
-            f"{'met' if required >= TIMES_BETTER else 'not met'}. The perturbation of "
-            f"{PERTURBATION[0]:g} rad/s² is larger than either rho.",
-        ),
+        _smaller_gain(float(gain.sel(case=REQUIRED))),
         Claim(
             "Where the observer pays (future work)",
-            "no number",
-            f"RMSE of ISMC over that with the observer: {listed(gain)}",
-            NOT_COMPARABLE,
-            f"Lower error in {'; '.join(pays) or 'no case'}. A stiff law on a good velocity leaves "
-            "the observer nothing to do, and its lag is an error of its own.",
+            None,
+            quantity(_by_case(gain), "", "RMSE of ISMC over that with the observer"),
+            None,
+            f"Lower error in {pays}. A stiff law on a good velocity leaves the observer nothing to "
+            "do, and its lag is an error of its own.",
         ),
         Claim(
             "An observer would remove the chatter (future work)",
-            "no number",
-            f"total variation of u with the observer over that of ISMC: {listed(variation)}",
-            NOT_COMPARABLE,
-            f"Rougher in {'; '.join(rougher) or 'no case'}. The observer adds the noise of its "
-            "estimate, which grows with the cube of its pole, and a smaller rho takes some away.",
+            None,
+            quantity(_by_case(variation), "", "total variation of u over that of ISMC"),
+            None,
+            f"Rougher in {rougher}. The observer adds the noise of its estimate, which grows with "
+            "the cube of its pole, and a smaller rho takes some away.",
         ),
-        Claim(
-            "The estimate tells the contact force without a sensor (future work)",
-            "no number",
-            f"{pressed} of the force over {count} samples of steady pressing; "
-            f"{free_error(data):.1f} N in free motion",
-            NOT_COMPARABLE,
-            f"Own criterion: within {100 * CONTACT_ERROR:.0f} %, "
-            f"{'met' if count and float(error.max()) <= CONTACT_ERROR else 'not met'}. The model "
-            "is the nominal robot; friction and payload would be taken for a contact.",
-        ),
+        _contact(data),
     ]
+
+
+def _smaller_gain(required: float) -> Claim:
+    plain, observed = CASES[REQUIRED].rho
+    return Claim(
+        "An observer would allow a smaller switching gain (future work)",
+        None,
+        quantity(required, "times lower RMSE"),
+        Criterion(
+            f"{TIMES_BETTER:g} times lower with rho {observed:g} than ISMC with rho {plain:g}, "
+            f"weak gains, {CASES[REQUIRED].inertia:g} times the nominal inertia",
+            required >= TIMES_BETTER,
+        ),
+        f"The perturbation of {PERTURBATION[0]:g} rad/s² is larger than either rho.",
+        OURS,
+    )
+
+
+def _contact(data: xr.Dataset) -> Claim:
+    error = contact_error(data)
+    count = int(error.notnull().sum())
+    top = 100 * float(error.max()) if count else np.nan
+    free = quantity(free_error(data), "N", "in free motion")
+    pressed = quantity(top, "%", f"of the force, {count} samples of steady pressing", "at most")
+    return Claim(
+        "The estimate tells the contact force without a sensor (future work)",
+        None,
+        (pressed if count else "no steady contact", free),
+        Criterion(
+            f"within {100 * CONTACT_ERROR:.0f} % of the force in steady pressing",
+            bool(count and float(error.max()) <= CONTACT_ERROR),
+        ),
+        "The model is the nominal robot; friction and payload would be taken for a contact.",
+        OURS,
+    )
+
+
+def _by_case(values: xr.DataArray) -> dict[str, float]:
+    return {str(name): float(values.sel(case=name)) for name in values.case.values}
+
+
+def _above_one(values: xr.DataArray) -> str:
+    names = [name for name, value in _by_case(values).items() if value > 1.0]
+    return "; ".join(names) or "no case"

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scara_drake.common import checks
 from scara_drake.control.integral_sliding_mode import ismc_law
 from scara_drake.control.sliding_mode import smc_law
-from scara_drake.experiments.claim import variable
+from scara_drake.recordings.labels import labelled
 
 Array = NDArray[np.float64]
 Disturbance = Callable[[Array], ArrayLike]  # of times (m,) [s], gives (m,) or a number [m/s²]
@@ -167,12 +167,12 @@ def respond(
     dims = ("time", "case")
     return xr.Dataset(
         {
-            "x": variable(dims, track[:, 0], "m", "position"),
-            "v": variable(dims, track[:, 1], "m/s", "velocity"),
-            "sigma": variable(dims, track[:, 2], "m/s", "e' + c e"),
-            "s": variable(dims, track[:, 3], "m/s", "sliding variable"),
-            "u": variable(dims, track[:, 4], "m/s^2", "effort within its limit"),
-            "x_desired": variable(("time",), desired[:, 0], "m", "reference"),
+            "x": labelled(dims, track[:, 0], "m", "position"),
+            "v": labelled(dims, track[:, 1], "m/s", "velocity"),
+            "sigma": labelled(dims, track[:, 2], "m/s", "e' + c e"),
+            "s": labelled(dims, track[:, 3], "m/s", "sliding variable"),
+            "u": labelled(dims, track[:, 4], "m/s^2", "effort within its limit"),
+            "x_desired": labelled(("time",), desired[:, 0], "m", "reference"),
         },
         coords={"time": ("time", t, {"units": "s"})},
     )

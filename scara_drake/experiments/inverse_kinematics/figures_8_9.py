@@ -9,14 +9,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from scara_drake import ik
-from scara_drake.experiments.claim import Claim, Experiment, judge, variable
+from scara_drake.experiments.claim import Claim, Criterion, Experiment, within_factor
 from scara_drake.experiments.inverse_kinematics.postures import (
     NUMBERS,
     REFERENCE_HEIGHT,
     home,
     targets,
 )
+from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.ik.options import PAPER
+from scara_drake.recordings.labels import labelled
 
 Array = NDArray[np.float64]
 
@@ -27,7 +29,7 @@ SOLVERS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
 }
 # The single swarm's inertia as it would stay without (53).
 UNDAMPED: Final = PAPER._replace(single=PAPER.single._replace(inertia_damping=1.0))
-PAPER_ITERATIONS = {"PSO": 66, "DPSO": 52}
+PAPER_ITERATIONS = {"PSO": quantity(66, "iterations"), "DPSO": quantity(52, "iterations")}
 
 
 def run(seed: int = 0, draws: int = 30) -> Experiment:
@@ -61,12 +63,12 @@ def run(seed: int = 0, draws: int = 30) -> Experiment:
     dims = ("solver", "posture", "iteration")
     data = xr.Dataset(
         {
-            "position_error": variable(dims, errors[..., 0], "m", "of the best particle"),
-            "rotation_error": variable(dims, errors[..., 1], "rad", "of the best particle"),
-            "damped_success": variable(
+            "position_error": labelled(dims, errors[..., 0], "m", "of the best particle"),
+            "rotation_error": labelled(dims, errors[..., 1], "rad", "of the best particle"),
+            "damped_success": labelled(
                 (), damped / (4 * draws), "1", "share of the draws of PSO, with (53)"
             ),
-            "undamped_success": variable(
+            "undamped_success": labelled(
                 (), undamped / (4 * draws), "1", "share of the draws of PSO, inertia constant"
             ),
         },
@@ -83,28 +85,38 @@ def run(seed: int = 0, draws: int = 30) -> Experiment:
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge Figures 8 and 9; see `run` for the data."""
     count = data.position_error.notnull().sum("iteration")
-    found = []
-    for name, paper in PAPER_ITERATIONS.items():
-        rows = count.sel(solver=name)
-        mean = float(rows.mean())
-        found.append(
-            Claim(
-                f"{name} converges in so many iterations (mean)",
-                f"{paper}",
-                f"{mean:.0f} ({', '.join(str(int(n)) for n in rows.values)})",
-                judge(paper / 1.5 <= mean <= 1.5 * paper, paper / 3 <= mean <= 3 * paper),
-                "Criterion: within a factor of 1.5 (in kind: of 3), first successful draw at each "
-                "posture, the stages of DPSO added, the coefficients assumed.",
-            )
-        )
-    with_damping, without = float(data.damped_success), float(data.undamped_success)
-    found.append(
-        Claim(
-            "PSO converges only once its inertia is damped, (53)",
-            "not without",
-            f"{100 * without:.0f} % without, {100 * with_damping:.0f} % with",
-            judge(without == 0.0 < with_damping, without < with_damping),
-            "Criterion: no draw succeeds without damping, some do with it (in kind: fewer).",
-        )
+    return [
+        *(_mean(count.sel(solver=name), name, paper) for name, paper in PAPER_ITERATIONS.items()),
+        _damping(100 * float(data.damped_success), 100 * float(data.undamped_success)),
+    ]
+
+
+def _mean(rows: xr.DataArray, name: str, paper: Quantity) -> Claim:
+    mean = quantity(rows.mean(), paper.unit)
+    each = {f"posture {n}": int(rows.sel(posture=n)) for n in rows.posture.values}
+    return Claim(
+        f"{name} converges in so many iterations (mean)",
+        paper,
+        (mean, quantity(each)),
+        Criterion(
+            "within a factor of 1.5 (in kind: of 3), first successful draw at each posture, the "
+            "stages of DPSO added",
+            within_factor(mean, 1.5),
+            within_factor(mean, 3.0),
+        ),
+        "The coefficients are assumed, those of the paper being lost.",
     )
-    return found
+
+
+def _damping(damped: float, undamped: float) -> Claim:
+    return Claim(
+        "PSO converges only once its inertia is damped, (53)",
+        "not without",
+        quantity({"without": undamped, "with": damped}, "%", "of the draws"),
+        Criterion(
+            "no draw succeeds without damping, some do with it (in kind: fewer)",
+            undamped == 0.0 < damped,
+            undamped < damped,
+        ),
+        "With its inertia constant the swarm goes on flying past its best particle.",
+    )

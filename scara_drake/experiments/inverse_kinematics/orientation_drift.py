@@ -5,8 +5,9 @@ from __future__ import annotations
 import xarray as xr
 
 from scara_drake import joints
-from scara_drake.experiments.claim import Claim, Experiment, judge, span
+from scara_drake.experiments.claim import OURS, PAPER, Claim, Criterion, Experiment
 from scara_drake.experiments.inverse_kinematics.paths import follow, steps
+from scara_drake.experiments.quantity import quantity
 from scara_drake.ik.result import ROTATION_TOLERANCE
 
 JOINTS, JUMP = ("theta3", "theta4"), 0.5  # [rad]
@@ -35,40 +36,53 @@ def why(rows: xr.Dataset) -> str:
     if moved == 0.0:
         tilt = drift(rows.tool_axis_error)
         return (
-            " Joint 6 does not move the tool point, so (26) never turns it; but the axis of the "
-            f"tool alone drifts by {span(tilt.values)} rad too."
+            "Joint 6 does not move the tool point, so (26) never turns it; but the axis of the "
+            f"tool alone drifts by {quantity(tilt, 'rad')} too."
         )
     lost = drift(rows.rotation_error) > ROTATION_TOLERANCE
     jumped = steps(rows.q, JOINTS) > JUMP
     lower, upper = (xr.DataArray(x, coords={"joint": rows.joint}) for x in LIMITS)
     stopped = ((rows.q <= lower) | (rows.q >= upper)).any(["point", "joint"]) & lost
     return (
-        f" Of {lost.size} paths, {int(lost.sum())} lose the orientation ({int(stopped.sum())} where"
+        f"Of {lost.size} paths, {int(lost.sum())} lose the orientation ({int(stopped.sum())} where"
         f" a joint meets its range) and {int(jumped.sum())} jump."
     )
 
 
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge the drift; see `paths.follow` for the data."""
-    found = []
-    for name, who in (
-        ("literal DPSOIJ", "DPSOIJ keeps the orientation of an accurate first point"),
-        ("default DPSOIJ", "The same for our default, with all rows in place of (26)"),
-    ):
-        rows = data.sel(solver=name)
-        grown = drift(rows.rotation_error)
-        largest = steps(rows.q, JOINTS)
-        kept = (grown <= ROTATION_TOLERANCE) & (largest <= JUMP)
-        found.append(
-            Claim(
-                who,
-                "no drift",
-                f"{span(grown.values)} rad, median {float(grown.median()):.2g} rad; "
-                f"largest step {float(largest.max()):.2f} rad",
-                judge(bool(kept.all()), bool(kept.mean() >= 0.5)),
-                "Criterion: on every path the error grows by no more than 0.0175 rad and "
-                "joints 3 and 4 take no step above 0.5 rad (in kind: on half of the paths)."
-                + ("" if bool(kept.all()) else why(rows)),
-            )
-        )
-    return found
+    return [
+        _kept(
+            data.sel(solver="literal DPSOIJ"),
+            "DPSOIJ keeps the orientation of an accurate first point",
+            PAPER,
+        ),
+        _kept(
+            data.sel(solver="default DPSOIJ"),
+            "The same for our default, with all rows in place of (26)",
+            OURS,
+        ),
+    ]
+
+
+def _kept(rows: xr.Dataset, statement: str, source: str) -> Claim:
+    grown = drift(rows.rotation_error)
+    largest = steps(rows.q, JOINTS)
+    kept = (grown <= ROTATION_TOLERANCE) & (largest <= JUMP)
+    return Claim(
+        statement,
+        "no drift",
+        (
+            quantity(grown, "rad"),
+            quantity(grown.median(), "rad", "median"),
+            quantity(largest.max(), "rad", "largest step"),
+        ),
+        Criterion(
+            f"on every path the error grows by no more than {ROTATION_TOLERANCE} rad and joints 3 "
+            f"and 4 take no step above {JUMP} rad (in kind: on half of the paths)",
+            bool(kept.all()),
+            bool(kept.mean() >= 0.5),
+        ),
+        why(rows),
+        source,
+    )

@@ -15,9 +15,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from scara_drake import ik, kinematics
-from scara_drake.experiments.claim import variable
 from scara_drake.experiments.inverse_kinematics.postures import REFERENCE_HEIGHT, home
 from scara_drake.joints import JOINT_NAMES, LOWER, UPPER
+from scara_drake.recordings.labels import labelled
 
 Array = NDArray[np.float64]
 
@@ -87,20 +87,20 @@ def follow(methods: Sequence[str], seed: int, paths: int) -> xr.Dataset:
     points, units = ("solver", "path", "point"), "m for d1, rad for the others"
     return xr.Dataset(
         {
-            "q": variable((*points, "joint"), q, units, "answers"),
-            "q_path": variable(
+            "q": labelled((*points, "joint"), q, units, "answers"),
+            "q_path": labelled(
                 ("path", "point", "joint"), q_path, units, "joints that the path was made from"
             ),
-            "position_error": variable(points, position, "m", "distance to the target"),
-            "rotation_error": variable(points, rotation, "rad", "angle to the target rotation"),
-            "tool_axis_error": variable(
+            "position_error": labelled(points, position, "m", "distance to the target"),
+            "rotation_error": labelled(points, rotation, "rad", "angle to the target rotation"),
+            "tool_axis_error": labelled(
                 points,
                 np.arccos(np.clip(cosine, -1.0, 1.0)),
                 "rad",
                 "angle between the tool axis and its target, which joint 6 cannot change",
             ),
-            "evaluations": variable(points, evaluations, "1", "forward kinematics spent"),
-            "wall_time": variable(points[:2], wall_time, "s", "of the whole path", measured=True),
+            "evaluations": labelled(points, evaluations, "1", "forward kinematics spent"),
+            "wall_time": labelled(points[:2], wall_time, "s", "of the whole path", measured=True),
         },
         coords={
             "solver": list(methods),

@@ -25,6 +25,8 @@ ORIENTATIONS: Final = (
     (-1.57, 0.78, 0.78),
 )
 NUMBERS: Final = (1, 2, 3, 4)
+# Which joints take part, and how claims call them.
+WHO: Final = {"full": "the arm with its mast", "arm": "the 5-DOF arm alone"}
 # Mast height at which the arm's base stands for these positions [m]. The paper does not give it;
 # this one leaves travel both ways when the mast takes part.
 REFERENCE_HEIGHT: Final = 6.0

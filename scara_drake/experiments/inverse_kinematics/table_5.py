@@ -6,19 +6,23 @@ import numpy as np
 import xarray as xr
 
 from scara_drake import ik, kinematics
-from scara_drake.experiments.claim import Claim, Experiment, judge, variable
+from scara_drake.experiments.claim import Claim, Criterion, Experiment, at_least
 from scara_drake.experiments.inverse_kinematics.postures import (
     NUMBERS,
     POSITIONS,
     REFERENCE_HEIGHT,
+    WHO,
     home,
     targets,
 )
+from scara_drake.experiments.quantity import quantity
 from scara_drake.ik.kernels.refine import error_kernel, refine_kernel
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_LENGTH, ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
+from scara_drake.recordings.labels import labelled
 
 JOINTS = ("arm", "full")
+PAPER_SOLVED = quantity(4, "of 4 postures")
 HINGES = (3, 4)  # joints 4 and 5 in a posture, which turn less than once
 
 
@@ -44,25 +48,25 @@ def run(seed: int = 0, starts: int = 64) -> Experiment:
     dims = ("joints", "posture")
     data = xr.Dataset(
         {
-            "position_error": variable(dims, position, "m", "of the best posture found"),
-            "rotation_error": variable(dims, rotation, "rad", "of the best posture found"),
-            "rotation_error_at_position": variable(
+            "position_error": labelled(dims, position, "m", "of the best posture found"),
+            "rotation_error": labelled(dims, rotation, "rad", "of the best posture found"),
+            "rotation_error_at_position": labelled(
                 dims, exact, "rad", "best with the position met exactly; NaN if out of reach"
             ),
-            "reason": variable(dims, reason, "1", "why no posture meets the target"),
-            "distance": variable(
+            "reason": labelled(dims, reason, "1", "why no posture meets the target"),
+            "distance": labelled(
                 ("posture",), np.linalg.norm(POSITIONS, axis=1), "m", "|P_d| from the arm's base"
             ),
-            "out_of_reach": variable(
+            "out_of_reach": labelled(
                 ("posture",), short, "m", "what the arm lacks to touch P_d, its beam horizontal"
             ),
-            "free_position_error": variable(
+            "free_position_error": labelled(
                 ("posture",), free[:, 0], "m", "arm alone, without joint ranges"
             ),
-            "free_rotation_error": variable(
+            "free_rotation_error": labelled(
                 ("posture",), free[:, 1], "rad", "arm alone, without joint ranges"
             ),
-            "free_excess": variable(
+            "free_excess": labelled(
                 ("posture",), free[:, 2], "rad", "how far joint 4 or 5 is beyond its range there"
             ),
         },
@@ -77,21 +81,23 @@ def claims(data: xr.Dataset) -> list[Claim]:
     inside = (data.position_error <= POSITION_TOLERANCE) & (
         data.rotation_error <= ROTATION_TOLERANCE
     )
-    found = []
-    for joints, who in (("full", "the arm with its mast"), ("arm", "the 5-DOF arm alone")):
-        met = inside.sel(joints=joints)
-        count = int(met.sum())
-        found.append(
-            Claim(
-                f"The four desired postures can be solved (Table 8), by {who}",
-                "4 of 4",
-                f"{count} of {met.size}",
-                judge(count == met.size, count >= 3),
-                "Criterion: all four within 5 mm and 0.0175 rad inside Table 2 (in kind: three). "
-                + _evidence(data, joints, met),
-            )
-        )
-    return found
+    return [_solved(data, inside, joints, who) for joints, who in WHO.items()]
+
+
+def _solved(data: xr.Dataset, inside: xr.DataArray, joints: str, who: str) -> Claim:
+    met = inside.sel(joints=joints)
+    count = quantity(int(met.sum()), PAPER_SOLVED.unit)
+    return Claim(
+        f"The four desired postures can be solved (Table 8), by {who}",
+        PAPER_SOLVED,
+        count,
+        Criterion(
+            "all four within 5 mm and 0.0175 rad inside Table 2 (in kind: three)",
+            at_least(count),
+            at_least(count, 0.75),
+        ),
+        _evidence(data, joints, met),
+    )
 
 
 def _evidence(data: xr.Dataset, joints: str, met: xr.DataArray) -> str:
@@ -121,7 +127,7 @@ def _evidence(data: xr.Dataset, joints: str, met: xr.DataArray) -> str:
             "the mast the travel it needs"
         )
     text = "; ".join(parts)
-    return text[0].upper() + text[1:] + "." if parts else ""
+    return text[0].upper() + text[1:] + "." if parts else "All lie inside the joint ranges."
 
 
 def _short_of(p: tuple[float, float, float]) -> float:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import xarray as xr
 
-from scara_drake.experiments.claim import NOT_COMPARABLE, Claim, Experiment, judge
+from scara_drake.experiments.claim import Claim, Criterion, Experiment, ordered, within_factor
 from scara_drake.experiments.inverse_kinematics.paths import POINTS, follow
+from scara_drake.experiments.quantity import Quantity, quantity
 
-PAPER_TIME = {"IJ": 2.0, "DPSO": 2.89, "DPSOIJ": 2.25}  # [s]
-PAPER_EVALUATIONS = 80 * 55  # a point, by its mean population and iterations
+SOLVERS = {"IJ": "IJ", "DPSO": "DPSO", "DPSOIJ": "literal DPSOIJ"}
+PAPER_TIME = quantity({"IJ": 2.0, "DPSO": 2.89, "DPSOIJ": 2.25}, "s")
+# A point, by its mean population and iterations.
+PAPER_EVALUATIONS = quantity(80 * 55, "evaluations")
 PAPER_SOLVE = (0.19, 0.33)  # [s] for one DPSO in its Table 8
 
 
@@ -26,53 +29,63 @@ def run(seed: int = 0, paths: int = 8) -> Experiment:
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge Table 9; see `paths.follow` for the data."""
     work = data.evaluations.sum("point").median("path")
-    jacobian, swarm, both, default = (
-        float(work.sel(solver=name)) for name in ("IJ", "DPSO", "literal DPSOIJ", "default DPSOIJ")
+    spent = quantity(
+        {name: float(work.sel(solver=solver)) for name, solver in SOLVERS.items()},
+        "evaluations a path",
     )
-    ordered = jacobian < both < swarm
-    excess = PAPER_TIME["DPSO"] / PAPER_TIME["IJ"]
-    point = float(data.evaluations.sel(solver="DPSO").median())
-    seconds = data.wall_time.median("path")
+    jacobian, swarm, both = spent.values
+    default = float(work.sel(solver="default DPSOIJ"))
+    seconds = 1e3 * data.wall_time.median("path")
+    timed = {name: float(seconds.sel(solver=solver)) for name, solver in SOLVERS.items()}
     return [
         Claim(
             "IJ is the fastest, then DPSOIJ, then DPSO",
-            "2 s, 2.25 s, 2.89 s",
-            f"{jacobian:.0f}, {both:.0f}, {swarm:.0f} evaluations a path",
-            judge(ordered, jacobian < swarm and both < swarm),
-            "Criterion: the order of the evaluations, medians over the paths (in kind: DPSO last). "
-            f"Our default DPSOIJ takes {default:.0f}.",
-        ),
-        Claim(
-            "DPSO costs little more than IJ",
-            f"{excess:.2f} times",
-            f"{swarm / jacobian:.0f} times, in evaluations",
-            judge(excess / 1.5 <= swarm / jacobian <= 1.5 * excess),
-            "Criterion: within a factor of 1.5. By Table 8 one DPSO takes the paper 0.19 to 0.33 s,"
-            f" so {POINTS} points would take {POINTS * PAPER_SOLVE[0]:.1f} to "
-            f"{POINTS * PAPER_SOLVE[1]:.1f} s, not 2.89 s (58 ms each). What DPSOIJ takes beyond "
-            "IJ, 0.25 s, does fit one solution of Table 8.",
-        ),
-        Claim(
-            "DPSO takes 80 particles and 55 iterations a point",
-            f"{PAPER_EVALUATIONS} evaluations",
-            f"{point:.0f} (median)",
-            judge(
-                PAPER_EVALUATIONS / 1.5 <= point <= 1.5 * PAPER_EVALUATIONS,
-                PAPER_EVALUATIONS / 3 <= point <= 3 * PAPER_EVALUATIONS,
+            PAPER_TIME,
+            spent,
+            Criterion(
+                "the order of the evaluations, medians over the paths (in kind: DPSO last)",
+                ordered(spent),
+                jacobian < swarm and both < swarm,
             ),
-            "Criterion: within a factor of 1.5 (in kind: of 3), tuned coefficients, passes until "
-            "one ends inside the tolerances.",
+            f"Beyond IJ, DPSOIJ spends {both - jacobian:.0f} evaluations on a path, and DPSO "
+            f"{swarm - jacobian:.0f}; our default DPSOIJ takes {default:.0f} in all.",
         ),
+        _excess(quantity(swarm / jacobian, "times", "in evaluations")),
+        _point(quantity(data.evaluations.sel(solver="DPSO").median(), "evaluations", "median")),
         Claim(
-            "Time of 50 points by IJ, DPSO, DPSOIJ",
-            "2 s, 2.89 s, 2.25 s",
-            ", ".join(f"{1e3 * float(seconds.sel(solver=name)):.2g} ms" for name in _TIMED)
-            + "; our default "
-            + f"{1e3 * float(seconds.sel(solver='default DPSOIJ')):.2g} ms",
-            NOT_COMPARABLE,
+            f"Time of {POINTS} points by IJ, DPSO, DPSOIJ",
+            PAPER_TIME,
+            quantity({**timed, "our default": float(seconds.sel(solver="default DPSOIJ"))}, "ms"),
+            None,
             "Other machine, compiled code; ours include the check of every answer.",
         ),
     ]
 
 
-_TIMED = ("IJ", "DPSO", "literal DPSOIJ")
+def _excess(measured: Quantity) -> Claim:
+    jacobian, swarm, both = PAPER_TIME.values
+    low, high = (POINTS * seconds for seconds in PAPER_SOLVE)
+    return Claim(
+        "DPSO costs little more than IJ",
+        quantity(swarm / jacobian, "times"),
+        measured,
+        Criterion("within a factor of 1.5", within_factor(measured, 1.5)),
+        f"By Table 8 one DPSO takes the paper {PAPER_SOLVE[0]} to {PAPER_SOLVE[1]} s, so {POINTS} "
+        f"points would take {low:.1f} to {high:.1f} s, not {swarm} s "
+        f"({1e3 * swarm / POINTS:.0f} ms each). What DPSOIJ takes beyond IJ, "
+        f"{both - jacobian:.2f} s, is the time of one solution of Table 8.",
+    )
+
+
+def _point(measured: Quantity) -> Claim:
+    return Claim(
+        "DPSO takes 80 particles and 55 iterations a point",
+        PAPER_EVALUATIONS,
+        measured,
+        Criterion(
+            "within a factor of 1.5 (in kind: of 3)",
+            within_factor(measured, 1.5),
+            within_factor(measured, 3.0),
+        ),
+        "Tuned coefficients, and passes until one ends inside the tolerances.",
+    )

@@ -28,10 +28,11 @@ from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
 from scara_drake.coupling.tdpa import Tdpa
-from scara_drake.experiments.claim import Experiment, variable
+from scara_drake.experiments.claim import Experiment
 from scara_drake.experiments.teleoperation.couplings_claims import claims
 from scara_drake.metrics import bilateral as bilateral_metrics
 from scara_drake.operator.master import Master, Sweep
+from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario, load_scenario
 from scara_drake.simulation.run import simulate
 
@@ -106,9 +107,10 @@ def run(
     duration: float = 12.0,
     sweep_duration: float = 30.0,
     jobs: int = 1,
-    progress: bool = False,
 ) -> Experiment:
     """Simulate each coupling over each channel in each case, and sweep those that are stable.
+
+    On a terminal a bar shows how far it is.
 
     Raises:
         ValueError: the run ends before the press is over.
@@ -122,15 +124,14 @@ def run(
         duration: of a run [s].
         sweep_duration: [s]; 0 for no sweeps.
         jobs: processes.
-        progress: shows a bar.
     """
     checks.number("duration", duration, times[-1])
     shape = (len(couplings), len(presets), len(cases))
     cells = [(c, p, case) for c in couplings for p in presets for case in cases]
     presses = [Job(*cell, seed, tuple(times), duration) for cell in cells]
-    results = list(_work(presses, jobs, progress, "presses"))
+    results = list(_work(presses, jobs, "presses"))
     data = {
-        name: variable(
+        name: labelled(
             ("coupling", "preset", "case"),
             np.reshape([result[name] for result in results], shape),
             *FIGURES[name],
@@ -138,7 +139,7 @@ def run(
         for name in FIGURES
     }
     stable = np.array([result["stable"] for result in results]).reshape(shape)
-    data["stable"] = variable(
+    data["stable"] = labelled(
         ("coupling", "preset", "case"),
         stable,
         "1",
@@ -151,7 +152,6 @@ def run(
         seed,
         sweep_duration,
         jobs,
-        progress,
     )
     coordinates = {"coupling": list(couplings), "preset": list(presets), "case": list(cases)}
     attributes = {"seed": seed, "scenario": SCENARIO, "loss": LOSS}
@@ -166,7 +166,6 @@ def _transparency(
     seed: int,
     duration: float,
     jobs: int,
-    progress: bool,
 ) -> list[xr.Variable]:
     """Transparency error and Z-width (coupling, preset) [decades]; NaN where not `stable`."""
     found = np.full((2, *stable.shape), np.nan)
@@ -176,24 +175,24 @@ def _transparency(
             Job(couplings[i], presets[j], "wall", seed, PRESS[:2], duration, sweep=True)
             for i, j in where
         ]
-        for (i, j), result in zip(where, _work(sweeps, jobs, progress, "sweeps"), strict=True):
+        for (i, j), result in zip(where, _work(sweeps, jobs, "sweeps"), strict=True):
             found[:, i, j] = result["transparency_error"], result["z_width"]
     names = ("|log10| of the impedance felt at the wall over the wall's, mean over 0.1 to 10 Hz",
              "log10 of what the hand feels at the wall over that in free space, mean")  # fmt: skip
     return [
-        variable(("coupling", "preset"), values, "decades", name)
+        labelled(("coupling", "preset"), values, "decades", name)
         for values, name in zip(found, names, strict=True)
     ]
 
 
-def _work(
-    todo: Sequence[Job], jobs: int, progress: bool, title: str
-) -> Iterator[dict[str, float | bool]]:
+def _work(todo: Sequence[Job], jobs: int, title: str) -> Iterator[dict[str, float | bool]]:
     """Yield the figures of each job, in order."""
 
     def watched(results: Iterable[Any]) -> Iterator[Any]:
         console = Console(stderr=True)
-        yield from track(results, title, len(todo), console=console, disable=not progress)
+        yield from track(
+            results, title, len(todo), console=console, disable=not console.is_terminal
+        )
 
     if jobs == 1:
         yield from watched(map(figures, todo))

@@ -6,7 +6,9 @@ import numpy as np
 import xarray as xr
 
 from scara_drake import metrics
-from scara_drake.experiments.claim import NOT_COMPARABLE, Claim, Experiment, judge, span, variable
+from scara_drake.experiments.claim import Claim, Criterion, Experiment
+from scara_drake.experiments.quantity import quantity
+from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
 
@@ -31,22 +33,22 @@ def run(seed: int = 0, duration: float = 30.0) -> Experiment:
     signals = ("channel", "time")
     data = xr.Dataset(
         {
-            "force": variable(
+            "force": labelled(
                 signals,
                 np.stack([metrics.contact_force(r) for r in runs]),
                 "N",
                 "contact force at the tool",
             ),
-            "force_felt": variable(
+            "force_felt": labelled(
                 signals,
                 np.stack([(r.f_haptic**2).sum("axis") ** 0.5 for r in runs]),
                 "N",
                 "that force after the channel",
             ),
-            "delay": variable(
+            "delay": labelled(
                 signals, np.stack([r.delay_down for r in runs]), "s", "delay of the force"
             ),
-            "rumble": variable(
+            "rumble": labelled(
                 (*signals, "motor"),
                 np.stack([r.rumble for r in runs]),
                 "1",
@@ -94,50 +96,61 @@ def claims(data: xr.Dataset) -> list[Claim]:
     """Judge Figure 28; see `run` for the data."""
     delayed = CHANNELS[1:]
     peak = data.force.max("time")
-    errors = [lag_error(data, name) for name in CHANNELS]
-    lags = {name: late(data, name) for name in delayed}
-    spans = {name: data.delay.sel(channel=name) for name in delayed}
     return [
-        Claim(
-            "The operator feels the force late by the delay of the moment",
-            "response lags by the delay",
-            f"the force felt is the contact force of one delay ago within {max(errors):.2f} N of "
-            f"{float(peak.max()):.0f} N",
-            judge(max(errors) < 0.05 * float(peak.max())),
-            "Criterion: within 5 % of the largest force at every sample, over each channel.",
-        ),
-        Claim(
-            "With delay the haptic signal comes later than without (red against blue)",
-            "later",
-            ", ".join(
-                f"{name}: {span(values.values)} s"
-                if values.size
-                else f"{name}: not within {float(data.time[-1]):g} s"
-                for name, values in lags.items()
-            ),
-            judge(
-                all(
-                    v.size and float(v.max()) > 0.05 and float(v.min()) >= 0.0
-                    for v in lags.values()
-                )
-            ),
-            "Criterion: no touch or release is felt earlier, and one is felt 50 ms later. It is "
-            "late by the delays of both ways, that of the command and that of the force; where "
-            "0.2 sin t is negative, and cut to zero, there is no delay.",
-        ),
+        _lags(data, float(peak.max())),
+        _later(data, {name: late(data, name) for name in delayed}),
         Claim(
             "t_d = 0.2 sin t changes from 0 to 2 s",
-            "0-2 s",
-            ", ".join(f"{name}: {span([d.min(), d.max()])} s" for name, d in spans.items()),
-            NOT_COMPARABLE,
+            quantity((0, 2), "s"),
+            tuple(quantity(data.delay.sel(channel=name), "s", name) for name in delayed),
+            None,
             "0.2 sin t is within ±0.2 s and a delay is not negative. 0 to 2 s is 1 + sin t.",
         ),
         Claim(
             "The delay does not destabilise the haptic loop",
             "not said; shown by the figure",
-            f"largest force {span(peak.values, 0)} N over all channels",
-            judge(float(peak.max()) < 1.5 * float(peak.sel(channel="none"))),
-            "Criterion: no channel raises the largest force by half. The operator is a recording "
-            "and vibration does not move the stick, so the loop is not closed by the hand.",
+            quantity(peak, "N", "largest force over all channels"),
+            Criterion(
+                "no channel raises the largest force by half",
+                float(peak.max()) < 1.5 * float(peak.sel(channel="none")),
+            ),
+            "The operator is a recording and vibration does not move the stick, so the loop is not "
+            "closed by the hand.",
         ),
     ]
+
+
+def _lags(data: xr.Dataset, top: float) -> Claim:
+    errors = [lag_error(data, name) for name in CHANNELS]
+    return Claim(
+        "The operator feels the force late by the delay of the moment",
+        "response lags by the delay",
+        (
+            quantity(max(errors), "N", "from the contact force of one delay ago", "within"),
+            quantity(top, "N", "largest force"),
+        ),
+        Criterion(
+            "within 5 % of the largest force at every sample, over each channel",
+            max(errors) < 0.05 * top,
+        ),
+        "The channel passes each sample of the force on after its delay, as it was.",
+    )
+
+
+def _later(data: xr.Dataset, lags: dict[str, xr.DataArray]) -> Claim:
+    return Claim(
+        "With delay the haptic signal comes later than without (red against blue)",
+        "later",
+        tuple(
+            quantity(values, "s", name)
+            if values.size
+            else f"{name}: not within {float(data.time[-1]):g} s"
+            for name, values in lags.items()
+        ),
+        Criterion(
+            "no touch or release is felt earlier, and one is felt 50 ms later",
+            all(v.size and float(v.max()) > 0.05 and float(v.min()) >= 0.0 for v in lags.values()),
+        ),
+        "It is late by the delays of both ways, that of the command and that of the force; where "
+        "0.2 sin t is negative, and cut to zero, there is no delay.",
+    )
