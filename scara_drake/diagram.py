@@ -30,9 +30,9 @@ from scara_drake.operator.joint_motion import JointMotion, JointMotionSource
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.mapping import initial_command
 from scara_drake.operator.master import Master
-from scara_drake.recordings.recorder import add_recorder
+from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.robot import add_scara
-from scara_drake.scenario import Scenario
+from scara_drake.scenario import Scenario, dump_scenario
 from scara_drake.wiring import Signals, outputs
 from scara_drake.wiring.bilateral import add_bilateral
 from scara_drake.wiring.control import add_control, add_drives, add_forces
@@ -78,7 +78,14 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     signals |= add_drives(builder, scenario, plant, signals)
     add_forces(builder, scenario, plant, signals)
 
-    add_recorder(builder, scenario, signals, _slow_signals(scenario))
+    add_recorder(
+        builder,
+        signals,
+        _origin(scenario),
+        _slow_signals(scenario),
+        scenario.time_step,
+        scenario.logging.period,
+    )
     for name, port in signals.items():
         builder.ExportOutput(port, name)
     if meshcat is not None:
@@ -134,6 +141,11 @@ def _add_contact(
 def _add_joint_motion(builder: DiagramBuilder, motion: JointMotion) -> Signals:
     source = builder.AddNamedSystem("joint_motion", JointMotionSource(motion))
     return dict(outputs(source))
+
+
+def _origin(scenario: Scenario) -> Origin:
+    surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
+    return Origin(scenario.name, dump_scenario(scenario), scenario.seed, surfaces)
 
 
 def _slow_signals(scenario: Scenario) -> dict[str, float]:

@@ -8,13 +8,14 @@ import subprocess
 from html import escape
 
 from pydrake.systems.framework import Diagram, System
+from pydrake.systems.primitives import VectorLogSink
 
-from scara_drake.recordings.recorder import BUNDLE, LOG
+from scara_drake.recordings.recorder import SignalBundle
 
 # The drawing carries its own source in a comment, so that a reader can tell whether it is current.
 _MARK = "block diagram source:"
 # The recorder listens to every signal: it would hide the loop.
-_LEFT_OUT = (BUNDLE, LOG)
+_LEFT_OUT = (SignalBundle, VectorLogSink)
 _FILL = "#fff4e6"
 _RULE = "#b35900"
 
@@ -26,7 +27,7 @@ def dot_source(diagram: Diagram) -> str:
     twice, once for its inputs and once for its outputs, so that the loop reads from left to right.
     The recorder and the exported ports are left out.
     """
-    systems = [s for s in diagram.GetSystems() if s.get_name() not in _LEFT_OUT]
+    systems = [s for s in diagram.GetSystems() if not isinstance(s, _LEFT_OUT)]
     edges = sorted(
         (source.get_name(), int(output), sink.get_name(), int(port))
         for (sink, port), (source, output) in diagram.connection_map().items()

@@ -20,8 +20,9 @@ from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
 from scara_drake.display.scene import StopButton
 from scara_drake.operator.joystick import JoystickSource
+from scara_drake.recordings.dataset import to_dataset
 from scara_drake.recordings.journal import Journal, read_journal
-from scara_drake.recordings.recorder import drain, metadata, to_dataset
+from scara_drake.recordings.recorder import drain, metadata
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.progress import ProgressLine
