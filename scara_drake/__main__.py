@@ -18,7 +18,8 @@ from scara_drake.cli import tune as tune_command
 from scara_drake.common.resources import resource
 from scara_drake.diagram import make_diagram
 from scara_drake.display.block_diagram import render_svg
-from scara_drake.display.scene import publish_recording, save_html, set_camera, start_recording
+from scara_drake.display.camera import set_camera
+from scara_drake.display.page import publish_recording, save_html, start_recording
 from scara_drake.metrics.contact import yielding_joints
 from scara_drake.recordings.files import save_recording
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides, scenario_names

@@ -1,6 +1,7 @@
 """Plots of recordings: each function draws one thing into the axes it is given, and no more.
 
-Colours are those of the scene: what is desired is magenta, what is measured green, force red.
+Colours are those of `display.look`, as in the scene: what is desired is magenta, what is measured
+green, force red.
 """
 
 from __future__ import annotations
@@ -15,11 +16,21 @@ from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
 
 from scara_drake import kinematics, metrics
 from scara_drake.common import checks
+from scara_drake.display import look
 from scara_drake.environment import Environment, Wall
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 
-COMMANDED, DESIRED, MEASURED = "0.6", "#d6129c", "#0d9e73"
-FORCE, LAW, WALL = "#d62020", "0.15", "#6b94bd"
+COMMANDED, LIMIT, LAW, FIRST, SECOND = (
+    look.COMMANDED,
+    look.LIMIT,
+    look.LAW,
+    look.FIRST,
+    look.SECOND,
+)
+# On paper nothing is translucent.
+DESIRED, MEASURED, FORCE, WALL = (
+    color[:3] for color in (look.DESIRED, look.MEASURED, look.FORCE, look.SURFACE)
+)
 REVOLUTE = JOINT_NAMES[1:]
 
 
@@ -118,7 +129,7 @@ def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
     ax.plot(recording.time, at_robot, color=FORCE, label="at the robot")
     ax.plot(recording.time, received, color=LAW, linestyle="--", label="after the channel")
     right = ax.twinx()
-    for motor, color in zip(recording.motor.values, ("#2f6fb0", "#e0962a"), strict=True):
+    for motor, color in zip(recording.motor.values, (FIRST, SECOND), strict=True):
         level = recording.rumble.sel(motor=motor)
         right.plot(recording.time, level, color=color, linewidth=1, label=f"{motor} motor")
     right.set_ylim(0.0, 1.05)

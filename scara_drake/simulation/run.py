@@ -18,7 +18,7 @@ from pydrake.systems.framework import Diagram
 
 from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
-from scara_drake.display.scene import StopButton
+from scara_drake.display.controls import StopButton
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.recordings.dataset import to_dataset
 from scara_drake.recordings.journal import Journal, read_journal
