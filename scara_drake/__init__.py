@@ -14,7 +14,8 @@ from scara_drake import kinematics  # noqa: E402 - see above
 if find_spec("pydrake") is not None:
     from scara_drake import ik
     from scara_drake.diagram import make_diagram
-    from scara_drake.recordings.recorder import load_recording, recording, save_recording
+    from scara_drake.recordings.files import load_recording, save_recording
+    from scara_drake.recordings.recorder import recording
     from scara_drake.scenario import Scenario, load_scenario
     from scara_drake.simulation.run import simulate
 

@@ -1,6 +1,7 @@
 """Plots of recordings: each function draws one thing into the axes it is given, and no more.
 
-Colours are those of the scene: what is desired is magenta, what is measured green, force red.
+Colours are those of `display.look`, as in the scene: what is desired is magenta, what is measured
+green, force red.
 """
 
 from __future__ import annotations
@@ -15,12 +16,26 @@ from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
 
 from scara_drake import kinematics, metrics
 from scara_drake.common import checks
+from scara_drake.display import look
 from scara_drake.environment import Environment, Wall
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 
-COMMANDED, DESIRED, MEASURED = "0.6", "#d6129c", "#0d9e73"
-FORCE, LAW, WALL = "#d62020", "0.15", "#6b94bd"
+COMMANDED, LIMIT, LAW, FIRST, SECOND = (
+    look.COMMANDED,
+    look.LIMIT,
+    look.LAW,
+    look.FIRST,
+    look.SECOND,
+)
+# On paper nothing is translucent.
+DESIRED, MEASURED, FORCE, WALL = (
+    color[:3] for color in (look.DESIRED, look.MEASURED, look.FORCE, look.SURFACE)
+)
 REVOLUTE = JOINT_NAMES[1:]
+
+Place = Literal[
+    "upper left", "upper right", "lower left", "lower right", "center left", "center right"
+]
 
 
 def tracking(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) -> None:
@@ -40,7 +55,7 @@ def tracking(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) 
             linestyle="--",
             label=f"{name} desired",
         )
-    _finish(ax, "time [s]", f"position [{unit}]")
+    finish(ax, "time [s]", f"position [{unit}]")
 
 
 def tracking_error(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) -> None:
@@ -53,7 +68,7 @@ def tracking_error(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVO
     error = metrics.tracking_error(recording)
     for joint in joints:
         ax.plot(recording.time, 1e3 * error.sel(joint=joint), label=_symbol(joint))
-    _finish(ax, "time [s]", f"error [m{unit}]")
+    finish(ax, "time [s]", f"error [m{unit}]")
 
 
 def tool_path(recording: xr.Dataset, ax: Axes) -> None:
@@ -77,7 +92,7 @@ def tool_path(recording: xr.Dataset, ax: Axes) -> None:
             limits = _around(limits, wall.point[:2])
     ax.axis(limits)
     ax.set_aspect("equal", adjustable="box")
-    _finish(ax, "x [m]", "y [m]", loc="lower left")
+    finish(ax, "x [m]", "y [m]", loc="lower left")
 
 
 def contact_force(recording: xr.Dataset, ax: Axes, surface: str | None = None) -> None:
@@ -104,7 +119,7 @@ def contact_force(recording: xr.Dataset, ax: Axes, surface: str | None = None) -
     law = np.where(depth > 0.0, wall.stiffness * depth + wall.damping * rate, 0.0)
     ax.plot(recording.time, recording.f_env_on_tool_W.values @ normal, color=FORCE, label="force")
     ax.plot(recording.time, law, color=LAW, linestyle="--", label="K d + B d'")
-    _finish(ax, "time [s]", "force [N]")
+    finish(ax, "time [s]", "force [N]")
 
 
 def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
@@ -118,13 +133,13 @@ def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
     ax.plot(recording.time, at_robot, color=FORCE, label="at the robot")
     ax.plot(recording.time, received, color=LAW, linestyle="--", label="after the channel")
     right = ax.twinx()
-    for motor, color in zip(recording.motor.values, ("#2f6fb0", "#e0962a"), strict=True):
+    for motor, color in zip(recording.motor.values, (FIRST, SECOND), strict=True):
         level = recording.rumble.sel(motor=motor)
         right.plot(recording.time, level, color=color, linewidth=1, label=f"{motor} motor")
     right.set_ylim(0.0, 1.05)
     right.set_ylabel("rumble [1]")
     right.legend(loc="upper right", fontsize="small")
-    _finish(ax, "time [s]", "force [N]", loc="upper left")
+    finish(ax, "time [s]", "force [N]", loc="upper left")
     return right
 
 
@@ -144,7 +159,7 @@ def coupled_motion(recording: xr.Dataset, ax: Axes, axis: str = "y") -> None:
     ax.plot(recording.time, 1e3 * along.hand_target, color=COMMANDED, linestyle=":", label="hand")
     ax.plot(recording.time, 1e3 * along.x_master, color=DESIRED, linestyle="--", label="device")
     ax.plot(recording.time, 1e3 * tool, color=MEASURED, label="tool")
-    _finish(ax, "time [s]", f"{axis} [mm]")
+    finish(ax, "time [s]", f"{axis} [mm]")
 
 
 def coupling_energy(recording: xr.Dataset, ax: Axes, axis: str = "y", **line: Any) -> None:
@@ -165,7 +180,20 @@ def coupling_energy(recording: xr.Dataset, ax: Axes, axis: str = "y", **line: An
     came_in = along.energy_master_in + along.energy_slave_in
     went_out = along.energy_master_out + along.energy_slave_out
     ax.plot(recording.time, came_in - went_out, **{"label": "stored", **line})
-    _finish(ax, "time [s]", "energy [J]")
+    finish(ax, "time [s]", "energy [J]")
+
+
+def finish(
+    ax: Axes,
+    x: str,
+    y: str,
+    loc: Place = "upper right",
+) -> None:
+    """Name the axes, draw a light grid, and put a small legend in its place."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(alpha=0.3)
+    ax.legend(loc=loc, fontsize="small")
 
 
 def walls(recording: xr.Dataset) -> list[Wall]:
@@ -211,15 +239,3 @@ def _around(
         min(bottom, y - margin),
         max(top, y + margin),
     )
-
-
-def _finish(
-    ax: Axes,
-    x: str,
-    y: str,
-    loc: Literal["upper right", "upper left", "lower left"] = "upper right",
-) -> None:
-    ax.set_xlabel(x)
-    ax.set_ylabel(y)
-    ax.grid(alpha=0.3)
-    ax.legend(loc=loc, fontsize="small")

@@ -2,9 +2,15 @@
 
 from scara_drake.channel.packets import PacketChannel
 from scara_drake.channel.signal_delay import SignalDelay
+from scara_drake.control.contact_estimate import ContactForceEstimator
+from scara_drake.control.governor import ReferenceGovernorSystem
 from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
+from scara_drake.control.inverse_dynamics import FiniteStates, IntegralAction
+from scara_drake.control.observer_sliding_mode import ObserverSlidingModeController
 from scara_drake.control.pid import PidController
 from scara_drake.control.sliding_mode import SlidingModeController
+from scara_drake.coupling.ends import MasterEnd, SlaveEnd
+from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.environment import ImpedanceContact
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.haptics import HapticOutput
@@ -12,15 +18,22 @@ from scara_drake.operator.joint_motion import JointMotionSource
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
+from scara_drake.operator.master import SimulatedMaster
 from scara_drake.plant.drives import ActuatorLagSystem, JointFrictionSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.perturbation import JointPerturbationSource
+from scara_drake.recordings.recorder import SignalBundle
+from scara_drake.stability.linear import ContinuousLayer
 
 __all__ = [
     "ActuatorLagSystem",
+    "ContactForceEstimator",
+    "ContinuousLayer",
     "EncoderSystem",
+    "FiniteStates",
     "HapticOutput",
     "ImpedanceContact",
+    "IntegralAction",
     "IntegralSlidingModeController",
     "InverseKinematicsSystem",
     "JointFrictionSystem",
@@ -29,8 +42,15 @@ __all__ = [
     "JoystickSource",
     "JoystickToPose",
     "KinestheticOutput",
+    "MasterEnd",
+    "ObserverSlidingModeController",
     "PacketChannel",
     "PidController",
+    "ReferenceGovernorSystem",
+    "SceneAnnotations",
+    "SignalBundle",
     "SignalDelay",
+    "SimulatedMaster",
+    "SlaveEnd",
     "SlidingModeController",
 ]

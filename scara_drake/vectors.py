@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.math import RotationMatrix
@@ -9,6 +11,11 @@ from pydrake.math import RotationMatrix
 from scara_drake import kinematics
 
 Array = NDArray[np.float64]
+
+# Entries of `joystick_axes`, in order.
+STICK_NAMES: Final = ("x", "y", "z", "mast_axis", "mast_hat")
+# Of `servo_state`, the entry of the status.
+SERVO_STATUS: Final = 15
 
 
 def pose_vector(q: ArrayLike) -> Array:

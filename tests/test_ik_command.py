@@ -8,7 +8,7 @@ import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake import ik, kinematics, robot
-from scara_drake.__main__ import main
+from scara_drake.cli.main import main
 from scara_drake.joints import HOME, JOINT_NAMES, LOWER, UPPER
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))

@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from scara_drake.operator.joystick import JoystickSource
-from scara_drake.operator.trace import STICK_NAMES
+from scara_drake.vectors import STICK_NAMES
 
 
 class FakeDevice:

@@ -10,7 +10,8 @@ import pytest
 from pydrake.geometry import Meshcat
 
 from scara_drake import joints, load_recording
-from scara_drake.__main__ import main
+from scara_drake.cli import show
+from scara_drake.cli.main import main
 from scara_drake.scenario import scenario_names
 
 
@@ -146,7 +147,7 @@ def test_diagrams_lists_and_draws(capsys, tmp_path):
 
 def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
     meshcat = Meshcat()
-    monkeypatch.setattr(sys.modules[main.__module__], "Meshcat", lambda: meshcat)
+    monkeypatch.setattr(show, "Meshcat", lambda: meshcat)
     status, out, _ = run_line(capsys, "show", "--once")
     assert status == 0
     assert meshcat.web_url() in out

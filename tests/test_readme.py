@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import pytest
 import yaml
 
-from scara_drake.__main__ import _parser
+from scara_drake.cli.parser import make_parser
 from scara_drake.scenario import load_scenario
 
 ROOT = Path(__file__).parents[1]
@@ -50,7 +50,7 @@ def test_listing_runs_as_printed(page, code, tmp_path, monkeypatch):
 def test_command_is_understood(command):
     program, *arguments = shlex.split(command)
     assert program == ".venv/bin/scara-drake"
-    options = _parser().parse_args(arguments)
+    options = make_parser().parse_args(arguments)
     if arguments[0] == "run":
         load_scenario(options.scenario, dict(pair.split("=") for pair in options.set))
 

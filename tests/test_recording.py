@@ -16,7 +16,7 @@ from scara_drake import (
     simulate,
 )
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.recordings.recorder import SIGNALS
+from scara_drake.recordings.signals import SIGNALS
 
 
 @pytest.fixture(scope="module")

@@ -29,6 +29,10 @@ from scara_drake.environment import Environment, Wall
 from scara_drake.joints import HOME, JOINT_NAMES, LOWER, UPPER
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.replay import player as replay
+from scara_drake.replay.page import animation_of
+from scara_drake.replay.recording import load, read_surfaces
+from scara_drake.replay.scene import HIDDEN, draw
+from scara_drake.replay.urdf import link_poses, read_visuals
 from scara_drake.scenario import dump_scenario
 
 URDF = ET.parse(resource("models", "scara6.urdf")).getroot()
@@ -36,7 +40,7 @@ FORCE = np.array([0.0, 120.0, 160.0])  # 200 N
 
 
 def poses(q: Any) -> dict[str, np.ndarray]:
-    return replay.link_poses(URDF, dict(zip(JOINT_NAMES, np.moveaxis(q, -1, 0), strict=True)))
+    return link_poses(URDF, dict(zip(JOINT_NAMES, np.moveaxis(q, -1, 0), strict=True)))
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +77,7 @@ class Window:
 def drawn(file: Path, step: float) -> tuple[Window, dict[str, np.ndarray]]:
     window = Window()
     viewer = meshcat.Visualizer(window=window)
-    return window, replay.draw(viewer, *replay.load(file), step)
+    return window, draw(viewer, *load(file), step)
 
 
 # The URDF reader, against Drake's.
@@ -109,7 +113,7 @@ def test_every_link_is_where_drake_has_it(drake: Any) -> None:
 
 def test_every_visual_is_what_drake_reads(drake: Any) -> None:
     plant, inspector = drake
-    visuals = {(v.link, v.name): v for v in replay.read_visuals(URDF)}
+    visuals = {(v.link, v.name): v for v in read_visuals(URDF)}
     count = 0
     for body in map(plant.get_body, plant.GetBodyIndices(robot_instance(plant))):
         for identity in plant.GetVisualGeometriesForBody(body):
@@ -149,7 +153,7 @@ RED = "<material name='red'><color rgba='1 0 0 0.5'/></material>"
 
 def test_a_colour_may_be_given_in_place_or_by_name() -> None:
     for urdf in (link(BALL + RED), link(BALL + "<material name='red'/>", RED)):
-        (visual,) = replay.read_visuals(urdf)
+        (visual,) = read_visuals(urdf)
         assert visual[:4] == ("l", "visual_0", "sphere", [0.2])
         assert visual.color == (1.0, 0.0, 0.0, 0.5)
 
@@ -165,7 +169,7 @@ def test_a_colour_may_be_given_in_place_or_by_name() -> None:
 )
 def test_what_the_reader_does_not_know_is_named(visual: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        replay.read_visuals(link(visual))
+        read_visuals(link(visual))
 
 
 def test_a_joint_of_another_kind_is_named() -> None:
@@ -174,7 +178,7 @@ def test_a_joint_of_another_kind_is_named() -> None:
         "<parent link='world'/><child link='l'/></joint></robot>"
     )
     with pytest.raises(ValueError, match="j: 'floating', allowed fixed"):
-        replay.link_poses(urdf, {"j": np.zeros(2)})
+        link_poses(urdf, {"j": np.zeros(2)})
 
 
 # The walls.
@@ -187,8 +191,8 @@ def test_a_wall_is_where_the_environment_has_it() -> None:
     walls = [Wall(name=f"{i}", normal=n.tolist(), thickness=0.2) for i, n in enumerate(normals)]
     scenario = load_scenario("teleoperation")
     scenario.environment = Environment(walls)
-    read = replay.read_walls(dump_scenario(scenario))
-    for (size, X_WB), wall in zip(read, walls, strict=True):
+    read = read_surfaces(dump_scenario(scenario))
+    for (size, X_WB, _), wall in zip(read, walls, strict=True):
         X = wall.pose().GetAsMatrix4()
         X[:3, 3] -= wall.thickness / 2 * X[:3, 2]
         np.testing.assert_allclose(X_WB, X, rtol=0, atol=1e-12)
@@ -200,10 +204,10 @@ def test_a_box_and_a_pipe_are_where_the_environment_has_them() -> None:
     pipe = surroundings.Cylinder(direction=[0.6, 0.0, -0.8], radius=0.2, length=1.1)
     scenario = load_scenario("teleoperation")
     scenario.environment = Environment([box, pipe])
-    read = replay.read_walls(dump_scenario(scenario))
-    for (_, X_WB), surface in zip(read, (box, pipe), strict=True):
+    read = read_surfaces(dump_scenario(scenario))
+    for (_, X_WB, _), surface in zip(read, (box, pipe), strict=True):
         np.testing.assert_allclose(X_WB, surface.pose().GetAsMatrix4(), rtol=0, atol=1e-12)
-    assert [size for size, _ in read] == [[0.5, 0.6, 0.7], [0.2, 1.1]]
+    assert [block.size for block in read] == [[0.5, 0.6, 0.7], [0.2, 1.1]]
 
 
 def test_tags_of_a_scenario_are_passed_over() -> None:
@@ -212,7 +216,7 @@ def test_tags_of_a_scenario_are_passed_over() -> None:
     text = text.replace(
         "normal: [0.0,", "size: [2, 1e-05]\n      thickness: 1\n      normal: [0.0,"
     )
-    ((size, X_WB),) = replay.read_walls(text)
+    ((size, X_WB, _),) = read_surfaces(text)
     assert size == [2.0, 1e-5, 1.0]
     np.testing.assert_allclose(X_WB[:3, 3], [0.8, -1.55, 3.0], atol=1e-12)
 
@@ -230,12 +234,13 @@ def test_what_moves_follows_the_recording(file: Path, dataset: xr.Dataset) -> No
     known = np.isfinite(samples.p_WE_desired.values[:, 0])
     desired = samples.p_WE_desired.values[known]
     np.testing.assert_allclose(moving["desired"][known][:, :3, 3], desired, atol=1e-12)
-    np.testing.assert_allclose(scale["desired"], np.where(known, 1.0, replay.HIDDEN))
+    np.testing.assert_allclose(scale["desired"], np.where(known, 1.0, HIDDEN))
 
     pushed = samples.f_env_on_tool_W.values.any(axis=1)
-    np.testing.assert_allclose(scale["force"], np.where(pushed, 0.8, replay.HIDDEN))
+    np.testing.assert_allclose(scale["force"], np.where(pushed, 1.0, HIDDEN))
     np.testing.assert_allclose(moving["force"][:, :3, 3], X_WE[:, :3, 3], atol=1e-12)
-    np.testing.assert_allclose(moving["force"][pushed][0, :3, 2] / 0.8, FORCE / 200.0, atol=1e-12)
+    np.testing.assert_allclose(moving["force"][pushed][0, :3, 2], FORCE / 200.0, atol=1e-12)
+    np.testing.assert_allclose(moving["force/shaft"][pushed][:, 2, 2], 0.5)  # [m], of 200 N
 
     pieces = [name for name in moving if name.startswith("trail/")]
     assert len(pieces) == 10
@@ -246,11 +251,12 @@ def test_what_moves_follows_the_recording(file: Path, dataset: xr.Dataset) -> No
 def test_the_scene_has_every_shape_in_its_colour(file: Path) -> None:
     window, moving = drawn(file, 0.5)
     objects = {path for kind, path in window.sent if kind == "set_object"}
-    for visual in replay.read_visuals(URDF):
+    for visual in read_visuals(URDF):
         data = window.sent["set_object", f"/meshcat/robot/{visual.link}/{visual.name}"]["object"]
         rgb = [data["materials"][0]["color"] >> shift & 255 for shift in (16, 8, 0)]
         np.testing.assert_allclose(rgb, 255 * np.array(visual.color[:3]), atol=0.5)
-    assert {f"/meshcat/{path}" for path in ("walls/0", "desired/ball", "force/head")} <= objects
+    shown = ("surfaces/0/solid", "desired/tip", "force/head/solid")
+    assert {f"/meshcat/{path}" for path in shown} <= objects
     for path, X in moving.items():  # all are where the recording starts
         matrix = window.sent["set_transform", f"/meshcat/{path}"]["matrix"]
         np.testing.assert_allclose(np.reshape(matrix, (4, 4)).T, X[0])
@@ -260,13 +266,13 @@ def test_a_recording_of_one_sample_is_a_still(dataset: xr.Dataset, tmp_path: Pat
     save_recording(dataset.isel(time=slice(0, 1)), tmp_path / "one.nc")
     _, moving = drawn(tmp_path / "one.nc", 0.1)
     assert {len(X) for X in moving.values()} == {1}
-    assert not replay._animation(meshcat.Visualizer(window=Window()), moving, 30).clips
+    assert not animation_of(meshcat.Visualizer(window=Window()), moving, 30).clips
 
 
 def test_the_animation_keeps_every_frame_that_matters(file: Path) -> None:
     _, moving = drawn(file, 0.02)
     viewer = meshcat.Visualizer(window=Window())
-    clips = replay._animation(viewer, moving, 50).clips
+    clips = animation_of(viewer, moving, 50).clips
     assert ScenePath(("meshcat", "robot", "base")) not in clips  # it does not move
     assert list(clips[viewer["robot/link_1"].path].tracks) == ["position"]  # it does not turn
     for path, X in moving.items():
@@ -336,7 +342,7 @@ def test_the_page_holds_the_viewer_and_the_commands(page: Path, file: Path) -> N
     assert "new MeshCat.Viewer" in text
     assert len(text) > 800_000
     assert not re.search(r"""(src|href)=["']""", text.split("new MeshCat.Viewer")[1])
-    assert text.count("viewer.handle_command_bytearray") > 2 * len(replay.read_visuals(URDF))
+    assert text.count("viewer.handle_command_bytearray") > 2 * len(read_visuals(URDF))
 
 
 @browser.needs_chromium
@@ -388,7 +394,8 @@ def test_a_wrong_file_is_one_line(
 
 
 def test_another_dataset_is_no_recording(dataset: xr.Dataset, tmp_path: Path) -> None:
-    dataset = dataset[["q_measured", "p_WE_desired", "f_env_on_tool_W"]].isel(time=slice(5))
+    dataset = dataset[["q_measured", "q_desired", "p_WE_desired", "f_env_on_tool_W"]]
+    dataset = dataset.isel(time=slice(5))
     others = [
         xr.Dataset({"x": ("time", [1.0])}),
         dataset.drop_vars("q_measured"),
@@ -404,7 +411,7 @@ def test_another_dataset_is_no_recording(dataset: xr.Dataset, tmp_path: Path) ->
         path = tmp_path / f"{index}.nc"
         other.to_netcdf(path, engine="h5netcdf")
         with pytest.raises(ValueError, match="allowed NetCDF written by a run"):
-            replay.load(path)
+            load(path)
 
 
 def test_bad_numbers_and_a_bad_page_are_refused(
@@ -424,7 +431,8 @@ def test_it_needs_no_drake(file: Path) -> None:
 import sys
 sys.modules["pydrake"] = None
 import numpy as np
-from scara_drake.replay import player as replay
+from scara_drake.replay.recording import load
+from scara_drake.replay.scene import draw
 import meshcat
 
 class Window:
@@ -432,7 +440,7 @@ class Window:
     def send(self, command):
         Window.sent += 1
 
-poses = replay.draw(meshcat.Visualizer(window=Window()), *replay.load({str(file)!r}), 0.1)
+poses = draw(meshcat.Visualizer(window=Window()), *load({str(file)!r}), 0.1)
 assert len(poses["robot/tool"]) == 11 and Window.sent > 100
 assert not [name for name in sys.modules if name.startswith("pydrake.")]
 """

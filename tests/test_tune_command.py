@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 
 from scara_drake import load_scenario
-from scara_drake.__main__ import main
 from scara_drake.cli import tune as tune_command
+from scara_drake.cli.main import main
+from scara_drake.common.files import write_whole
 from scara_drake.common.resources import resource
 from scara_drake.operator.trace import load_trace
+from scara_drake.scenario import dump_scenario
 
 QUICK = ["tune", "joint_sine", "--duration", "0.05"]
 
@@ -104,8 +106,8 @@ def test_bad_input_is_one_line_and_writes_nothing(capsys, arguments, message):
 
 def test_without_its_extra(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", None)
-    for name in ("scara_drake.tuning.search", "scara_drake.tuning.space"):
-        monkeypatch.delitem(sys.modules, name, raising=False)
+    for name in ("cli.tune", "tuning.search", "tuning.space"):
+        monkeypatch.delitem(sys.modules, f"scara_drake.{name}", raising=False)
     status, _, err = run_line(capsys, *QUICK)
     assert status == 2
     assert "allowed with the extra 'tune' installed" in err
@@ -148,7 +150,7 @@ def test_a_shipped_trace_keeps_its_name_unless_another_has_it():
     Path("runs").mkdir()
     Path("runs/operator_trace.csv").write_text("time,x,y,z,mast_axis,mast_hat\n0,1,0,0,0,0\n")
     kept = tune_command.with_trace_from(shipped, Path("runs"))
-    tune_command.write_scenario(kept, Path("runs/out.yaml"))
+    write_whole("runs/out.yaml", dump_scenario(kept))
     assert_same_trace("runs/out.yaml", load_trace(resource("diagrams", "operator_trace.csv")))
     assert shipped.operator.trace == "operator_trace.csv"
 
@@ -165,7 +167,7 @@ def test_a_write_that_fails_leaves_the_file_before_it(monkeypatch):
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(OSError, match="disk full"):
-        tune_command.write_scenario(load_scenario("joint_sine"), path)
+        write_whole(path, dump_scenario(load_scenario("joint_sine")))
     assert path.read_text() == "before"
     assert list(Path().iterdir()) == [path]
 

@@ -1,4 +1,4 @@
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 import optuna
@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake import joints, load_scenario, robot
+from scara_drake.common import fields
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
-from scara_drake.tuning import search as tuning
-from scara_drake.tuning.cost import Cost, Figures, itae, rms
+from scara_drake.tuning import trials as tuning
+from scara_drake.tuning.cost import Aim, Cost, Figures, itae, rms
 from scara_drake.tuning.search import tune
 from scara_drake.tuning.space import FACTOR, candidate, search_space, smallest_layer, start_point
 
@@ -205,7 +206,7 @@ def test_other_controllers_are_searched_within_their_rules(part, names):
     rng = np.random.default_rng(5)
     for _ in range(4):
         found = candidate(part, {n: rng.uniform(d.low, d.high) for n, d in space.items()}, TS)
-        found.validate("controller")
+        fields.check(found, "controller")
         found.check_sampling("controller", TS)
         assert found != part
     scenario = short()
@@ -237,7 +238,7 @@ def test_the_result_is_never_worse_and_the_start_is_the_first_trial():
 
 def test_one_trial_is_the_start():
     scenario = short()
-    result = tune(scenario, trials=1, effort_weight=0.0)
+    result = tune(scenario, trials=1, aim=Aim(effort_weight=0.0))
     assert result.scenario == scenario
     assert result.best_cost == pytest.approx(1.0, rel=1e-12)
 
@@ -310,8 +311,8 @@ def test_a_study_of_something_else_is_refused(tmp_path):
     for scenario, options in (
         (short(**{"controller.k": 40.0}), {}),
         (short(), {"duration": 0.06}),
-        (short(), {"tracking": "itae"}),
-        (short(), {"effort_weight": 0.2}),
+        (short(), {"aim": Aim("itae")}),
+        (short(), {"aim": Aim(effort_weight=0.2)}),
     ):
         with pytest.raises(ValueError, match=r"study: .* is of another scenario"):
             tune(scenario, trials=1, study=path, **options)
@@ -390,8 +391,8 @@ def test_optuna_says_nothing(capfd):
         ({"trials": 0}, "trials: 0, allowed 1 to"),
         ({"seed": -1}, "seed: -1, allowed 0 to"),
         ({"jobs": 0}, "jobs: 0, allowed 1 to 64"),
-        ({"tracking": "mae"}, "tracking: 'mae', allowed rmse, itae"),
-        ({"effort_weight": float("nan")}, "effort_weight: nan, allowed 0 to"),
+        ({"aim": Aim("mae")}, "tracking: 'mae', allowed rmse, itae"),
+        ({"aim": Aim(effort_weight=float("nan"))}, "effort_weight: nan, allowed 0 to"),
         ({"duration": 0.0}, "duration: 0.0, allowed 0.001 to"),
     ],
 )
@@ -425,3 +426,26 @@ def test_the_gains_of_the_sines_get_much_better():
     result = tune(load_scenario("joint_sine"), trials=40, duration=3.0)
     assert result.best_cost < 0.7 * result.start_cost
     result.scenario.controller.check_sampling("controller", TS)
+
+
+Declared = make_dataclass(
+    "Declared",
+    [
+        ("k", list[float], fields.vector([10.0, 50.0], "1/s", fields.ABOVE_ZERO, 60.0)),
+        ("m", list[float], fields.vector([2.0, 0.0], "kg", 1.0, 8.0)),
+        ("offset", list[float], fields.vector([1.0, 2.0], "m")),
+        ("sense", list[str], fields.words(["a", "b"], ("a", "b"))),
+        ("plain", list[float], field(default_factory=lambda: [3.0])),
+    ],
+)
+
+
+def test_the_ranges_keep_to_the_bounds_of_the_fields():
+    space = search_space(Declared(), TS)
+    ranges = {name: (found.low, found.high) for name, found in space.items()}
+    assert ranges == {
+        "k[0]": (2.5, 40.0),
+        "k[1]": (12.5, 60.0),
+        "m[0]": (1.0, 8.0),
+        "plain[0]": (0.75, 12.0),
+    }

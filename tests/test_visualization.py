@@ -17,15 +17,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from scara_drake import joints, kinematics, robot
-from scara_drake.display.scene import (
-    SceneAnnotations,
-    StopButton,
-    add_visualization,
-    publish_recording,
-    save_html,
-    set_camera,
-    start_recording,
-)
+from scara_drake.display.annotations import SceneAnnotations
+from scara_drake.display.camera import set_camera
+from scara_drake.display.controls import StopButton
+from scara_drake.display.page import publish_recording, save_html, start_recording
+from scara_drake.display.scene import add_visualization
 from scara_drake.environment import (
     Box,
     Cylinder,

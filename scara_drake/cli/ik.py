@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import argparse
 import ast
-import csv
 import json
 import math
-import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -20,6 +17,8 @@ from rich.table import Table
 from rich.text import Text
 
 from scara_drake import ik, kinematics
+from scara_drake.cli.parser import IK_METHOD
+from scara_drake.cli.pose_files import fields_of, read_csv, write_csv
 from scara_drake.common import checks
 from scara_drake.joints import HOME, JOINT_NAMES
 
@@ -27,88 +26,6 @@ Array = NDArray[np.float64]
 
 METRES: Final = {"m": 1.0, "mm": 1e-3}
 RADIANS: Final = {"rad": 1.0, "deg": math.pi / 180.0}
-COLUMNS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
-DEFAULT_METHOD: Final = "dpsoij"
-
-EPILOG = """\
-The pose is that of the tool frame in the world, z up from mast height 0. Its orientation is
-Rx(roll) Ry(pitch) Rz(yaw), angles about the axes x, y and z as they turn along (intrinsic xyz);
-Drake's RollPitchYaw is Rz(yaw) Ry(pitch) Rx(roll). --unit and --angle hold for poses; postures
-(--q-seed, --mast and the answers) are in m and rad.
-
-Exit status: 0 where every pose is solved, 1 where one is not, 2 for bad input.
-
-  scara-drake ik --position 1.2 -0.4 3 --rpy 90 0 20 --angle deg
-  scara-drake ik --csv poses.csv --unit mm --path --output joints.csv
-"""
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers of the command line."""
-    parser = commands.add_parser(
-        "ik",
-        help="inverse kinematics of a pose, or of the poses of a CSV file",
-        description=__doc__,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    # What Python itself prints, such as -1e-05, is a number too.
-    parser._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
-    what = parser.add_argument_group("the pose")
-    pose = what.add_mutually_exclusive_group(required=True)
-    pose.add_argument("--position", nargs=3, type=float, metavar=("X", "Y", "Z"))
-    pose.add_argument(
-        "--csv",
-        type=Path,
-        metavar="FILE",
-        help=f"poses by the columns {', '.join(COLUMNS)}, named in the first line",
-    )
-    what.add_argument(
-        "--rpy",
-        nargs=3,
-        type=float,
-        metavar=("ROLL", "PITCH", "YAW"),
-        help="orientation Rx(roll) Ry(pitch) Rz(yaw), with --position",
-    )
-    what.add_argument("--unit", default="m", metavar="UNIT", help="m (default) or mm")
-    what.add_argument("--angle", default="rad", metavar="UNIT", help="rad (default) or deg")
-    way = parser.add_argument_group("how to solve it")
-    way.add_argument(
-        "--method", metavar="NAME", help=f"{', '.join(ik.METHODS)} (default {DEFAULT_METHOD})"
-    )
-    way.add_argument(
-        "--joints", default="full", metavar="WHICH", help="full (default), or arm: the mast stays"
-    )
-    way.add_argument(
-        "--task",
-        default="pose",
-        metavar="WHAT",
-        help="pose (default), or position: exactly, and the orientation as near as possible",
-    )
-    way.add_argument("--mast", type=float, metavar="HEIGHT", help="[m], for --joints arm")
-    way.add_argument(
-        "--q-seed",
-        nargs=6,
-        type=float,
-        metavar=tuple(JOINT_NAMES),
-        help="posture where the search starts [m, rad]",
-    )
-    way.add_argument("--seed", type=int, default=0, help="of the random draws (default 0)")
-    way.add_argument(
-        "--option",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="of the method, such as polish=False",
-    )
-    amount = way.add_mutually_exclusive_group()
-    amount.add_argument("--all", action="store_true", help="every solution, by the closed form")
-    amount.add_argument("--path", action="store_true", help="the CSV is a path to follow in order")
-    parser.add_argument("--json", action="store_true", help="print one JSON document, in m and rad")
-    parser.add_argument(
-        "--output", type=Path, metavar="FILE.csv", help="write the answers, in m and rad"
-    )
-    parser.set_defaults(command=run)
 
 
 def run(options: argparse.Namespace, console: Console) -> None:
@@ -121,9 +38,9 @@ def run(options: argparse.Namespace, console: Console) -> None:
     _check(options)
     poses = _read_poses(options)
     answers = _solve(options, poses)
-    method = "closed_form" if options.all else options.method or DEFAULT_METHOD
+    method = "closed_form" if options.all else options.method or IK_METHOD
     if options.output:
-        _write_csv(options.output, poses, answers)
+        write_csv(options.output, poses, answers)
     if options.json:
         document = {
             "method": method,
@@ -133,7 +50,7 @@ def run(options: argparse.Namespace, console: Console) -> None:
                 {
                     "position": pose[:3].tolist(),
                     "rpy": pose[3:].tolist(),
-                    "answers": [_fields(answer) for answer in found],
+                    "answers": [fields_of(answer) for answer in found],
                 }
                 for pose, found in zip(poses, answers, strict=True)
             ],
@@ -176,51 +93,6 @@ def _read_poses(options: argparse.Namespace) -> Array:
     return poses * np.repeat([METRES[options.unit], RADIANS[options.angle]], 3)
 
 
-def read_csv(path: Path) -> Array:
-    """Read the columns x, y, z, roll, pitch, yaw of a CSV file; others are passed over.
-
-    Returns:
-        The numbers (n, 6) as written, n >= 1.
-
-    Raises:
-        ValueError: no such file, a missing column, no rows, or a value that is not a finite
-            number; names the line and the column.
-    """
-    if not path.is_file():
-        raise ValueError(f"--csv: '{path}', allowed a file that exists")
-    rows = []
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            header = [name.strip() for name in reader.fieldnames or []]
-            reader.fieldnames = header
-            missing = [name for name in COLUMNS if name not in header]
-            if missing:
-                raise ValueError(
-                    f"{path}: no column {', '.join(missing)}, allowed a first line with "
-                    f"{','.join(COLUMNS)}"
-                )
-            for row in reader:
-                rows.append([_number(path, reader.line_num, name, row[name]) for name in COLUMNS])
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path}: {error}, allowed CSV in UTF-8") from None
-    if not rows:
-        raise ValueError(f"{path}: 0 poses, allowed 1 or more")
-    return np.array(rows)
-
-
-def _number(path: Path, line: int, column: str, text: str | None) -> float:
-    try:
-        value = float(text or "")
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise ValueError(
-            f"{path}: line {line}, column {column}: '{text or ''}', allowed a finite number"
-        )
-    return value
-
-
 def _solve(options: argparse.Namespace, poses: Array) -> list[list[ik.IkResult]]:
     """Return the answers to each pose."""
     X_WEs = np.tile(np.eye(4), (len(poses), 1, 1))
@@ -233,7 +105,7 @@ def _solve(options: argparse.Namespace, poses: Array) -> list[list[ik.IkResult]]
     if options.all:
         return [_every_solution(X_WE, **where) for X_WE in X_WEs]
     where |= {"task": options.task, "seed": options.seed, **_method_options(options.option)}
-    method = options.method or DEFAULT_METHOD
+    method = options.method or IK_METHOD
     if options.path:
         return [[answer] for answer in _points(ik.solve_path(X_WEs, method, **where))]
     return [[ik.solve(X_WE, method, **where)] for X_WE in X_WEs]
@@ -277,30 +149,6 @@ def _points(path: ik.IkPath) -> list[ik.IkResult]:
         )
         for k in range(len(path))
     ]
-
-
-def _fields(answer: ik.IkResult) -> dict[str, Any]:
-    return {
-        "q": answer.q.tolist(),
-        "position_error": answer.position_error,
-        "rotation_error": answer.rotation_error,
-        "success": answer.success,
-        "reason": answer.reason,
-        "evaluations": answer.evaluations,
-        "iterations": answer.iterations,
-    }
-
-
-def _write_csv(path: Path, poses: Array, answers: list[list[ik.IkResult]]) -> None:
-    """Write a row an answer; the columns of the pose come first, so the file can be read again."""
-    results = ("position_error", "rotation_error", "success", "reason", "evaluations")
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([*COLUMNS, *JOINT_NAMES, *results])
-        for pose, found in zip(poses.tolist(), answers, strict=True):
-            for answer in found:
-                fields = _fields(answer)
-                writer.writerow([*pose, *fields["q"], *(fields[name] for name in results)])
 
 
 def _table(title: str, answers: list[list[ik.IkResult]]) -> Table:

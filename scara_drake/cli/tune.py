@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import os
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich import box
 from rich.console import Console
@@ -16,89 +15,21 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from scara_drake import joints
+from scara_drake.common.files import write_whole
 from scara_drake.common.resources import resource
 from scara_drake.operator.joystick import Joystick
 from scara_drake.scenario import Scenario, dump_scenario, load_scenario, parse_overrides
-
-if TYPE_CHECKING:
-    from scara_drake.tuning.search import Tuned  # its extra may not be installed
-
-EPILOG = """\
-The cost of a run compares it, joint by joint, with the run of the start gains (0):
-
-  J = mean((E + e) / (E0 + e)) + W mean((V + v) / (V0 + v))
-
-E is the tracking error of a joint: rmse, sqrt(mean(error^2)), or itae, the integral of time times
-|error|. V = sum |tau_k - tau_(k-1)| is the total variation of its effort. Both count from t = 1 s
-on, or from the middle of a run of less than 2 s. e is the E of a constant error of 1 um or 1 urad,
-v is 0.1 % of the effort limit. The start costs 1 + W; it is the first trial, so the result is
-never worse.
-
-Every entry of every list of gains is searched between a quarter of its start value and four times
-it. A boundary layer phi follows from the rule that the sampled loop must not chatter: it is the
-smallest that the rule bears, over a margin between 0 and 1 that is searched as well.
-
-With --study every trial is kept: the same command, given again after an interrupt or a kill, goes
-on where it was, and a larger --trials adds to it. Ctrl-C writes the best gains so far.
-
-  scara-drake tune joint_sine --trials 60 --duration 3 --study runs/joint_sine.db
-  scara-drake run runs/joint_sine_tuned.yaml
-"""
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the subparsers of the command line."""
-    parser = commands.add_parser(
-        "tune",
-        help="search a controller's gains for the lowest cost of a scenario",
-        description=__doc__,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("scenario", help="name of a shipped scenario, or a YAML file: the start")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="override a field, such as controller.phi=0.5",
-    )
-    parser.add_argument(
-        "--trials",
-        type=int,
-        default=100,
-        metavar="N",
-        help="in all, the study's included (default 100)",
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the search (default 0)")
-    parser.add_argument(
-        "--duration", type=float, metavar="T", help="of a run [s] (default: the scenario's)"
-    )
-    parser.add_argument("--study", type=Path, metavar="FILE.db", help="keep the trials, to go on")
-    parser.add_argument(
-        "--output", type=Path, metavar="FILE.yaml", help="default runs/SCENARIO_tuned.yaml"
-    )
-    parser.add_argument("--tracking", default="rmse", metavar="WHAT", help="rmse (default) or itae")
-    parser.add_argument(
-        "--effort-weight", type=float, default=0.1, metavar="W", help="in the cost (default 0.1)"
-    )
-    parser.add_argument(
-        "--jobs", type=int, default=1, metavar="N", help="processes that simulate (default 1)"
-    )
-    parser.set_defaults(command=run)
+from scara_drake.tuning.cost import Aim
+from scara_drake.tuning.search import Tuned, tune
 
 
 def run(options: argparse.Namespace, console: Console) -> None:
     """Search, write the scenario with the best gains, and print what they changed.
 
     Raises:
-        ValueError: bad input, or the extra `tune` is not installed; one line.
+        ValueError: bad input; one line.
         RuntimeError: the run with the start gains fails.
     """
-    try:
-        from scara_drake.tuning.search import tune  # its extra may not be installed
-    except ModuleNotFoundError as error:
-        raise ValueError(f"tune: {error}, allowed with the extra 'tune' installed") from None
     start = load_scenario(options.scenario, parse_overrides(options.set))
     output = options.output or Path("runs") / f"{start.name}_tuned.yaml"
     if output.suffix not in (".yaml", ".yml") or output.is_dir():
@@ -126,13 +57,13 @@ def run(options: argparse.Namespace, console: Console) -> None:
             seed=options.seed,
             duration=options.duration,
             study=options.study,
-            tracking=options.tracking,
-            effort_weight=options.effort_weight,
+            aim=Aim(options.tracking, options.effort_weight),
             jobs=options.jobs,
             show=show,
         )
     result.scenario.name = output.stem
-    write_scenario(result.scenario, output)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(output, dump_scenario(result.scenario))
     console.print(_figures_table(result, options.tracking))
     if result.scenario.controller == start.controller:
         console.print("No trial was better than the gains it started from.")
@@ -157,20 +88,6 @@ def with_trace_from(scenario: Scenario, folder: Path) -> Scenario:
     scenario = replace(scenario)
     scenario.operator = replace(operator, trace=str(trace))
     return scenario
-
-
-def write_scenario(scenario: Scenario, path: Path) -> None:
-    """Write a scenario as YAML, whole or not at all.
-
-    It is written under a temporary name beside `path`, then renamed.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_text(dump_scenario(scenario), encoding="utf-8")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _figures_table(result: Tuned, tracking: str) -> Table:

@@ -10,9 +10,10 @@ from __future__ import annotations
 import ast
 import contextlib
 import json
-import os
 from collections.abc import Iterable
 from pathlib import Path
+
+from scara_drake.common.files import write_whole
 
 
 def remove_stale_kernels(package: Path) -> None:
@@ -42,9 +43,7 @@ def remove_stale_kernels(package: Path) -> None:
             for cached in (path.parent / "__pycache__").glob(f"{path.stem}.*.nb[ci]"):
                 cached.unlink(missing_ok=True)
         index.parent.mkdir(exist_ok=True)
-        partial = index.with_suffix(f".{os.getpid()}")
-        partial.write_text(json.dumps(stamps))
-        partial.replace(index)
+        write_whole(index, json.dumps(stamps))
 
 
 def with_importers(package: Path, sources: dict[str, Path], changed: Iterable[str]) -> set[str]:

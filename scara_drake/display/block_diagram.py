@@ -8,15 +8,15 @@ import subprocess
 from html import escape
 
 from pydrake.systems.framework import Diagram, System
+from pydrake.systems.primitives import VectorLogSink
 
-from scara_drake.recordings.recorder import BUNDLE, LOG
+from scara_drake.display import look
+from scara_drake.recordings.recorder import SignalBundle
 
 # The drawing carries its own source in a comment, so that a reader can tell whether it is current.
 _MARK = "block diagram source:"
 # The recorder listens to every signal: it would hide the loop.
-_LEFT_OUT = (BUNDLE, LOG)
-_FILL = "#fff4e6"
-_RULE = "#b35900"
+_LEFT_OUT = (SignalBundle, VectorLogSink)
 
 
 def dot_source(diagram: Diagram) -> str:
@@ -26,7 +26,7 @@ def dot_source(diagram: Diagram) -> str:
     twice, once for its inputs and once for its outputs, so that the loop reads from left to right.
     The recorder and the exported ports are left out.
     """
-    systems = [s for s in diagram.GetSystems() if s.get_name() not in _LEFT_OUT]
+    systems = [s for s in diagram.GetSystems() if not isinstance(s, _LEFT_OUT)]
     edges = sorted(
         (source.get_name(), int(output), sink.get_name(), int(port))
         for (sink, port), (source, output) in diagram.connection_map().items()
@@ -36,7 +36,7 @@ def dot_source(diagram: Diagram) -> str:
         f'digraph "{diagram.get_name()}" {{',
         'graph [rankdir=LR, nodesep=0.35, ranksep=0.7, fontname="Helvetica", bgcolor="white"]',
         'node [shape=plain, fontname="Helvetica", fontsize=11]',
-        'edge [color="#444444", arrowsize=0.7]',
+        f'edge [color="{look.ARROW}", arrowsize=0.7]',
     ]
     for system in systems:
         name = system.get_name()
@@ -69,10 +69,11 @@ def _box(system: System, node: str, inputs: list[int], outputs: list[int]) -> st
         rows.append(f"<TR>{cells}</TR>")
     span = 2 if inputs and outputs else 1
     header = (
-        f'<TR><TD COLSPAN="{span}" BGCOLOR="{_FILL}"><B>{escape(system.get_name())}</B><BR/>'
+        f'<TR><TD COLSPAN="{span}" BGCOLOR="{look.BOX_FILL}">'
+        f"<B>{escape(system.get_name())}</B><BR/>"
         f'<FONT POINT-SIZE="9">{escape(type(system).__name__)}</FONT></TD></TR>'
     )
-    table = f'BORDER="1" CELLBORDER="0" CELLSPACING="0" CELLPADDING="4" COLOR="{_RULE}"'
+    table = f'BORDER="1" CELLBORDER="0" CELLSPACING="0" CELLPADDING="4" COLOR="{look.BOX_EDGE}"'
     return f"{node} [label=<<TABLE {table}>{header}{''.join(rows)}</TABLE>>]"
 
 

@@ -20,13 +20,11 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from scara_drake import robot
+from scara_drake.display import look
 from scara_drake.environment.surfaces import Environment, Surface, Wall
 
-WALL_COLOR = (0.42, 0.58, 0.74, 0.30)
-EDGE_COLOR = (0.20, 0.29, 0.40, 1.0)
 FRICTION = CoulombFriction(0.6, 0.5)
 RIGID = 1e12  # stiffness of the tool where Drake's contact yields, so that the surface's counts
-_EDGE = 0.03  # width of the drawn edge frame [m]
 _TOOL_LINKS = ("link_6", robot.TOOL_FRAME)
 
 
@@ -107,18 +105,9 @@ def drawing(surface: Surface) -> list[tuple[str, Shape, RigidTransform, tuple[fl
     """Return what a surface looks like: of each part the name, shape, pose X_SG and colour."""
     shape, X_SG = surface.shape()
     parts: list[tuple[str, Shape, RigidTransform, tuple[float, ...]]]
-    parts = [(surface.name, shape, X_SG, WALL_COLOR)]
+    parts = [(surface.name, shape, X_SG, look.SURFACE)]
     if isinstance(surface, Wall):
-        for index, (bar, p_GF) in enumerate(_edge_frame(surface.size, surface.thickness)):
-            X_SF = X_SG @ RigidTransform(p_GF)
-            parts.append((f"{surface.name}_edge_{index}", bar, X_SF, EDGE_COLOR))
+        for bar in look.edge_frame(surface.size, surface.thickness):
+            X_SF = X_SG @ RigidTransform(bar.X)
+            parts.append((f"{surface.name}_{bar.name}", Box(*bar.size), X_SF, bar.color))
     return parts
-
-
-def _edge_frame(size: list[float], thickness: float) -> list[tuple[Box, list[float]]]:
-    """Four bars around a block, each with its place in the block's frame."""
-    width, height = size
-    x, y = (width + _EDGE) / 2, (height + _EDGE) / 2
-    flat = Box(width + 2 * _EDGE, _EDGE, thickness)
-    upright = Box(_EDGE, height, thickness)
-    return [(flat, [0, y, 0]), (flat, [0, -y, 0]), (upright, [x, 0, 0]), (upright, [-x, 0, 0])]

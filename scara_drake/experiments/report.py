@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 import pandas as pd
+from pandas.io.formats.style import Styler
 from rich.table import Table
 
+from scara_drake.display import look
 from scara_drake.experiments.claim import (
     IN_KIND,
     NOT_COMPARABLE,
     NOT_REPRODUCED,
     OURS,
     REPRODUCED,
+    VERDICTS,
     Claim,
     Experiment,
 )
@@ -64,6 +68,28 @@ def table(*experiments: Experiment) -> pd.DataFrame:
     names = [experiment.name for experiment in experiments for _ in experiment.claims]
     index = pd.Index(names, name="experiment") if len(experiments) > 1 else None
     return pd.DataFrame(rows, columns=list(COLUMNS), index=index)
+
+
+def claims_table(*experiments: Experiment) -> Styler:
+    """Return `table` for a notebook, with the verdicts in their colours."""
+    claims = table(*experiments)
+    shades = dict(zip(VERDICTS, look.VERDICTS, strict=True))
+    colours = claims.verdict.map(lambda verdict: f"background-color: {shades[verdict]}")
+    return wrapped(claims.style.hide(axis="index")).apply(lambda _: colours, subset=["verdict"])
+
+
+def wrapped(texts: Styler) -> Styler:
+    """Return a table of texts whose lines wrap and begin on the left."""
+    return texts.set_properties(
+        **{"text-align": "left", "vertical-align": "top", "white-space": "normal"}
+    ).set_table_styles([{"selector": "th", "props": "text-align: left"}])
+
+
+def verdict_counts(experiments: Iterable[Experiment]) -> pd.DataFrame:
+    """Return how many claims of each experiment got each verdict, and of all together."""
+    claims = table(*experiments)
+    counts = pd.crosstab(claims.index.rename("experiment"), claims.verdict, margins=True)
+    return counts.reindex(columns=[*VERDICTS, "All"], fill_value=0)
 
 
 def markdown(*experiments: Experiment) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scara_drake.common.files import write_whole
 from scara_drake.operator.mapping import JoystickMapping
 from scara_drake.operator.trace import COLUMNS
 
@@ -124,10 +125,10 @@ def _tremor(times: Array, p: OperatorProfile, generator: np.random.Generator) ->
 def write_operator_trace(path: str | Path, profile: OperatorProfile | None = None) -> None:
     """Write the trace as CSV, five decimals, for `load_trace`."""
     times, axes = operator_trace(profile)
-    with Path(path).open("w", newline="\n", encoding="utf-8") as stream:
-        stream.write(",".join(COLUMNS) + "\n")
-        for time, row in zip(times, axes, strict=True):
-            stream.write(f"{time:.2f}," + ",".join(f"{value:.5f}" for value in row) + "\n")
+    lines = [",".join(COLUMNS)]
+    for time, row in zip(times, axes, strict=True):
+        lines.append(f"{time:.2f}," + ",".join(f"{value:.5f}" for value in row))
+    write_whole(path, "\n".join(lines) + "\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scara_drake.vectors import STICK_NAMES
+
 Array = NDArray[np.float64]
 
-STICK_NAMES = ("x", "y", "z", "mast_axis", "mast_hat")
 COLUMNS = ("time", *STICK_NAMES)
 AXIS_LIMIT = 1.05  # a little beyond 1 for a stick calibrated badly; JoystickSource clips it
 

@@ -29,7 +29,7 @@ class Journal:
             [("time", pa.float64()), ("values", pa.list_(pa.float64(), width))],
             metadata={_METADATA_KEY: json.dumps(metadata).encode()},
         )
-        self._file = open(path, "wb")  # noqa: SIM115 (closed by close)
+        self._file = open(path, "wb")  # noqa: SIM115 - `close` closes it
         self._writer = pa.ipc.new_stream(self._file, self._schema)
 
     def append(self, times: Array, values: Array) -> None:

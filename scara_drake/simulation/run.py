@@ -7,9 +7,10 @@ import math
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import xarray as xr
 from pydrake.geometry import Meshcat
@@ -18,10 +19,10 @@ from pydrake.systems.framework import Diagram
 
 from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
-from scara_drake.display.scene import StopButton
-from scara_drake.operator.joystick import JoystickSource
+from scara_drake.display.controls import StopButton
+from scara_drake.recordings.dataset import to_dataset
 from scara_drake.recordings.journal import Journal, read_journal
-from scara_drake.recordings.recorder import drain, metadata, to_dataset
+from scara_drake.recordings.recorder import drain, metadata
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.progress import ProgressLine
@@ -30,6 +31,14 @@ from scara_drake.simulation.progress import ProgressLine
 BLOCK = 0.1  # [s]
 # A run that is later than this behind the clock starts its pacing afresh, without a sprint.
 MAX_LAG = 0.2  # [s]
+
+
+@runtime_checkable
+class Closable(Protocol):
+    """A system that holds something beyond the run, such as a device."""
+
+    def close(self) -> None:
+        """Let go of it; called once, after the run."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +118,7 @@ def run(
         StopButton(meshcat) as stop,
         ProgressLine(scenario.name, scenario.duration, progress) as line,
         DeferredInterrupt() as interrupt,
-        _devices_of(diagram),
+        _closing(diagram),
     ):
         simulator.Initialize()
         simulator.ResetStatistics()
@@ -140,14 +149,13 @@ def _edges(scenario: Scenario) -> Sequence[float]:
 
 
 @contextmanager
-def _devices_of(diagram: Diagram) -> Iterator[None]:
-    """Let go of the joystick at the end, however it comes: its motors stop then."""
-    try:
-        yield
-    finally:
+def _closing(diagram: Diagram) -> Iterator[None]:
+    """Let all systems let go of what they hold at the end, however it comes."""
+    with ExitStack() as stack:
         for system in diagram.GetSystems():
-            if isinstance(system, JoystickSource):
-                system.close()
+            if isinstance(system, Closable):
+                stack.callback(system.close)
+        yield
 
 
 def _warm_up(diagram: Diagram, time_step: float) -> None:

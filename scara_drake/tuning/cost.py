@@ -25,6 +25,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from scara_drake import joints, metrics
+from scara_drake.common import checks
 
 Array = NDArray[np.float64]
 
@@ -60,18 +61,39 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Cost:
-    """The cost of the module's formula.
+class Aim:
+    """What is to become small.
 
     Attributes:
         tracking: the name of the error's figure, of `TRACKING`.
         effort_weight: w.
+    """
+
+    tracking: str = "rmse"
+    effort_weight: float = 0.1
+
+    def check(self) -> None:
+        """Check the name and the bounds.
+
+        Raises:
+            ValueError: one line that names the field, its value and what is allowed.
+        """
+        checks.choice("tracking", self.tracking, TRACKING)
+        checks.number("effort_weight", self.effort_weight, 0.0, 1e6)
+
+
+DEFAULT_AIM: Final = Aim()
+
+
+@dataclass(frozen=True)
+class Cost(Aim):
+    """The cost of the module's formula.
+
+    Attributes:
         duration: of the runs [s].
     """
 
-    tracking: str
-    effort_weight: float
-    duration: float
+    duration: float = 1.0
 
     def figures(self, recording: xr.Dataset) -> Figures:
         """Return the figures of a recording, after the settling."""

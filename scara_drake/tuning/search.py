@@ -1,7 +1,7 @@
 """Search of a controller's gains: the lowest cost of a scenario, within the chatter rule.
 
-The cost is that of `tuning_cost`, in which the start gains cost 1 + w; the gains and their ranges
-are those of `tuning_space`, where every trial obeys the rule.
+The cost is that of `tuning.cost`, in which the start gains cost 1 + w; the gains and their ranges
+are those of `tuning.space`, where every trial obeys the rule.
 """
 
 from __future__ import annotations
@@ -9,12 +9,7 @@ from __future__ import annotations
 import copy
 import json
 import math
-import multiprocessing
-import signal
-import tempfile
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -28,9 +23,9 @@ from scara_drake.common import checks
 from scara_drake.operator.joystick import Joystick
 from scara_drake.scenario import Scenario, check_scenario, dump_scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
-from scara_drake.simulation.run import run
-from scara_drake.tuning.cost import TRACKING, Cost, Figures
+from scara_drake.tuning.cost import DEFAULT_AIM, Aim, Cost, Figures
 from scara_drake.tuning.space import candidate, search_space, start_point
+from scara_drake.tuning.trials import Simulators, simulators
 
 STUDY_NAME: Final = "gains"
 
@@ -64,8 +59,7 @@ def tune(
     seed: int = 0,
     duration: float | None = None,
     study: Path | None = None,
-    tracking: str = "rmse",
-    effort_weight: float = 0.1,
+    aim: Aim = DEFAULT_AIM,
     jobs: int = 1,
     show: Callable[[int, float], None] = lambda trials, cost: None,
 ) -> Tuned:
@@ -82,8 +76,7 @@ def tune(
         seed: of the search; the scenario keeps its own.
         duration: of a run [s], in place of the scenario's.
         study: SQLite file that keeps the trials, to go on later; it may exist.
-        tracking: "rmse" or "itae".
-        effort_weight: w in the cost.
+        aim: what the cost is made of.
         jobs: processes that simulate. With more than one, a script of your own calls this under
             ``if __name__ == "__main__":``.
         show: is called after every trial with the number of trials and the lowest cost.
@@ -96,22 +89,13 @@ def tune(
     """
     checks.number("trials", trials, 1, 1_000_000)
     checks.number("seed", seed, 0, 2**63 - 1)
-    checks.choice("tracking", tracking, TRACKING)
-    checks.number("effort_weight", effort_weight, 0.0, 1e6)
     checks.number("jobs", jobs, 1, 64)
-    if isinstance(scenario.operator, Joystick) and scenario.operator.device != "trace":
-        raise ValueError(
-            f"operator.device: '{scenario.operator.device}', allowed trace: the trials are to be "
-            "of the same motion"
-        )
-    trial_scenario = replace(scenario)
-    trial_scenario.duration = scenario.duration if duration is None else duration
-    trial_scenario.logging = replace(scenario.logging, period=max(scenario.time_step, 1e-3))
-    check_scenario(trial_scenario)
-    cost = Cost(tracking, effort_weight, trial_scenario.duration)
+    aim.check()
+    trial_scenario = _trial_scenario(scenario, duration)
+    cost = Cost(aim.tracking, aim.effort_weight, trial_scenario.duration)
     search = _Search(trial_scenario, cost, seed, study)
     interrupted = False
-    with DeferredInterrupt() as interrupt, _simulators(jobs) as simulate_all:
+    with DeferredInterrupt() as interrupt, simulators(jobs) as simulate_all:
         try:
             while (done := len(search.finished())) < trials and not interrupt.pressed:
                 # The costs of all others are in units of the start's.
@@ -122,19 +106,21 @@ def tune(
             interrupted = True
     if not search.has_start():
         raise KeyboardInterrupt
-    finished, start, best = search.finished(), search.start(), search.best()
-    result = replace(scenario)
-    result.controller = copy.deepcopy(search.gains(best))
-    return Tuned(
-        scenario=result,
-        start=_stored_figures(start),
-        best=_stored_figures(best),
-        start_cost=_value(start),
-        best_cost=_value(best),
-        trials=len(finished),
-        failed=sum(trial.state == TrialState.PRUNED for trial in finished),
-        interrupted=interrupted or interrupt.pressed,
-    )
+    return search.result(scenario, interrupted or interrupt.pressed)
+
+
+def _trial_scenario(scenario: Scenario, duration: float | None) -> Scenario:
+    """Return the scenario that the trials run, of a duration [s]."""
+    if isinstance(scenario.operator, Joystick) and scenario.operator.device != "trace":
+        raise ValueError(
+            f"operator.device: '{scenario.operator.device}', allowed trace: the trials are to be "
+            "of the same motion"
+        )
+    trial_scenario = replace(scenario)
+    trial_scenario.duration = scenario.duration if duration is None else duration
+    trial_scenario.logging = replace(scenario.logging, period=max(scenario.time_step, 1e-3))
+    check_scenario(trial_scenario)
+    return trial_scenario
 
 
 class _Search:
@@ -178,6 +164,22 @@ class _Search:
         if not self.has_start() or trial.number == self.start().number:
             return self._scenario.controller
         return candidate(self._scenario.controller, trial.params, self._scenario.time_step)
+
+    def result(self, scenario: Scenario, interrupted: bool) -> Tuned:
+        """Return what was found, `scenario` being the start."""
+        finished, start, best = self.finished(), self.start(), self.best()
+        found = replace(scenario)
+        found.controller = copy.deepcopy(self.gains(best))
+        return Tuned(
+            scenario=found,
+            start=_stored_figures(start),
+            best=_stored_figures(best),
+            start_cost=_value(start),
+            best_cost=_value(best),
+            trials=len(finished),
+            failed=sum(trial.state == TrialState.PRUNED for trial in finished),
+            interrupted=interrupted,
+        )
 
     def step(self, count: int, simulate_all: Simulators) -> Iterator[Trial]:
         """Ask for `count` trials, simulate them, and yield each when its cost is known."""
@@ -248,52 +250,3 @@ def _value(trial: FrozenTrial) -> float:
 def _stored_figures(trial: FrozenTrial) -> Figures:
     attributes = trial.user_attrs
     return Figures(np.array(attributes["tracking"]), np.array(attributes["effort"]))
-
-
-# A scenario, its cost, and whether a failure of the run is an error.
-Task = tuple[Scenario, Cost, bool]
-Simulators = Callable[[list[Task]], Iterable[Figures | None]]
-
-
-@contextmanager
-def _simulators(jobs: int) -> Iterator[Simulators]:
-    """Yield what simulates tasks, in order, in this process or in several."""
-    if jobs == 1:
-        yield lambda tasks: map(simulate_task, tasks)
-        return
-    processes = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, processes, _leave_interrupts) as pool:
-        try:
-            yield lambda tasks: pool.map(simulate_task, tasks)
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C reaches every process of the terminal; a run takes it, an idle process does not."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def simulate_task(task: Task) -> Figures | None:
-    """Return the figures of a run; None if it failed or if they are not finite.
-
-    Raises:
-        KeyboardInterrupt: the run was interrupted.
-        ValueError, RuntimeError: the run failed, where that is an error.
-    """
-    scenario, cost, must_succeed = task
-    try:
-        with tempfile.TemporaryDirectory(prefix="scara_drake_") as folder:
-            result = run(scenario, Path(folder) / "run.journal")
-    except (ValueError, RuntimeError):
-        if must_succeed:
-            raise
-        return None
-    if result.interrupted:
-        raise KeyboardInterrupt
-    figures = cost.figures(result.recording)
-    if np.isfinite([figures.tracking, figures.effort]).all():
-        return figures
-    if must_succeed:
-        raise RuntimeError("the run with the start gains has errors that are not finite")
-    return None

@@ -1,8 +1,9 @@
 """The gains of a controller that a search may choose: their ranges, and how they obey the rule.
 
 Every entry above zero of every list of gains is a parameter of its own, on a logarithmic scale
-around its start value. A part with a boundary layer `phi` and a rule about its sampling has the
-parameter `margin` in its place: phi is the smallest layer that the rule bears, over the margin.
+around its start value and within the bounds of its field. A part with a boundary layer `phi` and a
+rule about its sampling has the parameter `margin` in its place: phi is the smallest layer that
+the rule bears, over the margin.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from optuna.distributions import BaseDistribution, FloatDistribution
+
+from scara_drake.common.fields import Spec, spec_of
 
 FACTOR: Final = 4.0  # a gain is searched from its start value over this to it times this
 LAYER: Final = "phi"
@@ -31,7 +34,7 @@ def search_space(part: Any, period: float) -> dict[str, BaseDistribution]:
         period: [s].
     """
     space: dict[str, BaseDistribution] = {
-        name: FloatDistribution(value / FACTOR, value * FACTOR, log=True)
+        name: FloatDistribution(*_range(part, name, value), log=True)
         for name, value in _parameters(part)
     }
     if _has_layer(part):
@@ -93,13 +96,28 @@ def smallest_layer(part: Any, period: float) -> float:
     return factor
 
 
+def _range(part: Any, name: str, value: float) -> tuple[float, float]:
+    """Return the lowest and the highest value of a gain, such as ``c[0]``, from its start value."""
+    spec = _spec(part, name.partition("[")[0])
+    return max(value / FACTOR, spec.low), min(value * FACTOR, spec.high)
+
+
 def _gain_fields(part: Any) -> list[str]:
-    """Return the fields that are lists of numbers."""
-    values = {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
-    return [name for name, value in values.items() if _is_gain(value)]
+    """Return the fields that are lists of numbers which may not be negative."""
+    names = [field.name for field in dataclasses.fields(part)]
+    return [name for name in names if (spec := _spec(part, name)).size != 0 and spec.low >= 0.0]
 
 
-def _is_gain(value: Any) -> bool:
+def _spec(part: Any, name: str) -> Spec:
+    """Return what a field was declared to be, or what its value looks like."""
+    try:
+        return spec_of(part, name)
+    except ValueError:
+        numbers = _is_list_of_numbers(getattr(part, name))
+        return Spec(low=0.0, size=None if numbers else 0)
+
+
+def _is_list_of_numbers(value: Any) -> bool:
     if not (isinstance(value, list) and value):
         return False
     return all(isinstance(entry, int | float) and not isinstance(entry, bool) for entry in value)

@@ -12,7 +12,8 @@ from pydrake.systems.framework import DiagramBuilder
 from scara_drake.common.block import Block
 from scara_drake.control import contact_estimate
 from scara_drake.display.scene import add_visualization
-from scara_drake.recordings.recorder import add_recorder
+from scara_drake.recordings.recorder import Origin, add_recorder
+from scara_drake.scenario import dump_scenario
 from scara_drake.wiring import Signals
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ def add_export(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
     """Record the signals that have a name in a recording, and export all of them."""
-    add_recorder(builder, scenario, signals, periods(scenario, signals))
+    surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
+    origin = Origin(scenario.name, dump_scenario(scenario), scenario.seed, surfaces)
+    periodic = periods(scenario, signals)
+    add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
     for name, port in signals.items():
         builder.ExportOutput(port, name)
     return signals

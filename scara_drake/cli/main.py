@@ -1,0 +1,48 @@
+"""The command line: it takes the arguments, runs the command, and answers by an exit status."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Final
+
+from rich.console import Console
+from rich.markup import escape
+
+from scara_drake.cli.parser import make_parser
+
+FAILED_RUN: Final = 1
+BAD_INPUT: Final = 2
+INTERRUPTED: Final = 130
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit status: 0, 1 for a failed run, 2 for bad input."""
+    options = make_parser().parse_args(arguments)
+    errors = Console(stderr=True, soft_wrap=True)
+    try:
+        # Only now: what a command needs takes seconds to import, and may not be installed.
+        _module_of(options.command, options.module, options.extra).run(options, Console())
+    except ValueError as error:
+        if options.traceback:
+            raise
+        errors.print(f"scara-drake: {escape(str(error))}", highlight=False)
+        return BAD_INPUT
+    except (RuntimeError, OSError) as error:
+        if options.traceback:
+            raise
+        errors.print(f"scara-drake: failed: {escape(' '.join(str(error).split()))}")
+        return FAILED_RUN
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return 0
+
+
+def _module_of(command: str, name: str, extra: str) -> Any:
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if not extra:
+            raise
+        raise ValueError(
+            f"{command}: {error}, allowed with the extra '{extra}' installed"
+        ) from None

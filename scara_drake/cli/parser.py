@@ -1,0 +1,213 @@
+"""The arguments of the command line. Nothing heavy is imported: the help is there at once."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+from scara_drake.joints import JOINT_NAMES
+
+IK_EPILOG: Final = """\
+The pose is that of the tool frame in the world, z up from mast height 0. Its orientation is
+Rx(roll) Ry(pitch) Rz(yaw), angles about the axes x, y and z as they turn along (intrinsic xyz);
+Drake's RollPitchYaw is Rz(yaw) Ry(pitch) Rx(roll). --unit and --angle hold for poses; postures
+(--q-seed, --mast and the answers) are in m and rad.
+
+Exit status: 0 where every pose is solved, 1 where one is not, 2 for bad input.
+
+  scara-drake ik --position 1.2 -0.4 3 --rpy 90 0 20 --angle deg
+  scara-drake ik --csv poses.csv --unit mm --path --output joints.csv
+"""
+TUNE_EPILOG: Final = """\
+The cost of a run compares it, joint by joint, with the run of the start gains (0):
+
+  J = mean((E + e) / (E0 + e)) + W mean((V + v) / (V0 + v))
+
+E is the tracking error of a joint: rmse, sqrt(mean(error^2)), or itae, the integral of time times
+|error|. V = sum |tau_k - tau_(k-1)| is the total variation of its effort. Both count from t = 1 s
+on, or from the middle of a run of less than 2 s. e is the E of a constant error of 1 um or 1 urad,
+v is 0.1 % of the effort limit. The start costs 1 + W; it is the first trial, so the result is
+never worse.
+
+Every entry of every list of gains is searched between a quarter of its start value and four times
+it. A boundary layer phi follows from the rule that the sampled loop must not chatter: it is the
+smallest that the rule bears, over a margin between 0 and 1 that is searched as well.
+
+With --study every trial is kept: the same command, given again after an interrupt or a kill, goes
+on where it was, and a larger --trials adds to it. Ctrl-C writes the best gains so far.
+
+  scara-drake tune joint_sine --trials 60 --duration 3 --study runs/joint_sine.db
+  scara-drake run runs/joint_sine_tuned.yaml
+"""
+# Of `scara_drake.ik`, whose import takes seconds.
+IK_METHODS: Final = ("closed_form", "inverse_jacobian", "pso", "dpso", "dpsoij")
+IK_METHOD: Final = "dpsoij"
+POSE_COLUMNS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line.
+
+    Its result has `module`, which runs the command by ``run(options, console)``, and `extra`, the
+    optional dependencies that it needs, or "".
+    """
+    parser = argparse.ArgumentParser(
+        prog="scara-drake",
+        description="Run a scenario, show the model, solve inverse kinematics, tune, replay.",
+    )
+    parser.add_argument("--version", action="version", version=version("scara-drake"))
+    parser.add_argument("--traceback", action="store_true", help="show where an error comes from")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
+    for add in (_add_run, _add_show, _add_diagrams, _add_ik, _add_tune, _add_replay):
+        add(commands)
+    return parser
+
+
+def _add_scenario(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("scenario", help=what)
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="override a field, such as controller.phi=0.5",
+    )
+
+
+def _add_run(commands: Any) -> None:
+    parser = commands.add_parser("run", help="simulate a scenario and record it")
+    _add_scenario(parser, "name of a shipped scenario, or a YAML file")
+    parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
+    parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
+    parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
+    parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
+    parser.set_defaults(module="scara_drake.cli.run", extra="")
+
+
+def _add_show(commands: Any) -> None:
+    parser = commands.add_parser("show", help="the model in Meshcat, a slider for each joint")
+    parser.add_argument("--once", action="store_true", help="leave after the first picture")
+    parser.set_defaults(module="scara_drake.cli.show", extra="")
+
+
+def _add_diagrams(commands: Any) -> None:
+    parser = commands.add_parser("diagrams", help="list the runnable Diagrams, draw them")
+    parser.add_argument("--render", type=Path, metavar="FOLDER", help="write NAME.svg files")
+    parser.set_defaults(module="scara_drake.cli.diagrams", extra="")
+
+
+def _add_replay(commands: Any) -> None:
+    parser = commands.add_parser("replay", help="play a recording again", add_help=False)
+    parser.add_argument("arguments", nargs=argparse.REMAINDER)
+    parser.set_defaults(module="scara_drake.cli.replay", extra="replay")
+
+
+def _add_ik(commands: Any) -> None:
+    parser = commands.add_parser(
+        "ik",
+        help="inverse kinematics of a pose, or of the poses of a CSV file",
+        description="Joint values for a pose, or for the poses of a CSV file.",
+        epilog=IK_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    # What Python itself prints, such as -1e-05, is a number too.
+    parser._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
+    _add_pose(parser.add_argument_group("the pose"))
+    way = parser.add_argument_group("how to solve it")
+    _add_way(way)
+    amount = way.add_mutually_exclusive_group()
+    amount.add_argument("--all", action="store_true", help="every solution, by the closed form")
+    amount.add_argument("--path", action="store_true", help="the CSV is a path to follow in order")
+    parser.add_argument("--json", action="store_true", help="print one JSON document, in m and rad")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE.csv", help="write the answers, in m and rad"
+    )
+    parser.set_defaults(module="scara_drake.cli.ik", extra="")
+
+
+def _add_pose(what: Any) -> None:
+    pose = what.add_mutually_exclusive_group(required=True)
+    pose.add_argument("--position", nargs=3, type=float, metavar=("X", "Y", "Z"))
+    pose.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help=f"poses by the columns {', '.join(POSE_COLUMNS)}, named in the first line",
+    )
+    what.add_argument(
+        "--rpy",
+        nargs=3,
+        type=float,
+        metavar=("ROLL", "PITCH", "YAW"),
+        help="orientation Rx(roll) Ry(pitch) Rz(yaw), with --position",
+    )
+    what.add_argument("--unit", default="m", metavar="UNIT", help="m (default) or mm")
+    what.add_argument("--angle", default="rad", metavar="UNIT", help="rad (default) or deg")
+
+
+def _add_way(way: Any) -> None:
+    way.add_argument(
+        "--method", metavar="NAME", help=f"{', '.join(IK_METHODS)} (default {IK_METHOD})"
+    )
+    way.add_argument(
+        "--joints", default="full", metavar="WHICH", help="full (default), or arm: the mast stays"
+    )
+    way.add_argument(
+        "--task",
+        default="pose",
+        metavar="WHAT",
+        help="pose (default), or position: exactly, and the orientation as near as possible",
+    )
+    way.add_argument("--mast", type=float, metavar="HEIGHT", help="[m], for --joints arm")
+    way.add_argument(
+        "--q-seed",
+        nargs=6,
+        type=float,
+        metavar=JOINT_NAMES,
+        help="posture where the search starts [m, rad]",
+    )
+    way.add_argument("--seed", type=int, default=0, help="of the random draws (default 0)")
+    way.add_argument(
+        "--option",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="of the method, such as polish=False",
+    )
+
+
+def _add_tune(commands: Any) -> None:
+    parser = commands.add_parser(
+        "tune",
+        help="search a controller's gains for the lowest cost of a scenario",
+        description="Search a controller's gains for the lowest cost of a scenario.",
+        epilog=TUNE_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_scenario(parser, "name of a shipped scenario, or a YAML file: the start")
+    parser.add_argument(
+        "--trials",
+        type=int,
+        default=100,
+        metavar="N",
+        help="in all, the study's included (default 100)",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the search (default 0)")
+    parser.add_argument(
+        "--duration", type=float, metavar="T", help="of a run [s] (default: the scenario's)"
+    )
+    parser.add_argument("--study", type=Path, metavar="FILE.db", help="keep the trials, to go on")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE.yaml", help="default runs/SCENARIO_tuned.yaml"
+    )
+    parser.add_argument("--tracking", default="rmse", metavar="WHAT", help="rmse (default) or itae")
+    parser.add_argument(
+        "--effort-weight", type=float, default=0.1, metavar="W", help="in the cost (default 0.1)"
+    )
+    parser.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="processes that simulate (default 1)"
+    )
+    parser.set_defaults(module="scara_drake.cli.tune", extra="tune")

@@ -1,0 +1,20 @@
+"""The camera of a Meshcat and what is around the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.geometry import Meshcat
+
+from scara_drake.display import look
+from scara_drake.environment import Environment
+
+
+def set_camera(meshcat: Meshcat, environment: Environment) -> None:
+    """Look at the arm, the foot of the mast and the surfaces from the operator's side."""
+    corners = [surface.corners() for surface in environment.surfaces]
+    eye, target = look.camera(np.vstack([np.empty((0, 3)), *corners]))
+    meshcat.SetCameraPose(eye, target)
+    meshcat.SetProperty("/Cameras/default/rotated/<object>", "zoom", look.ZOOM)
+    for name, color in look.SKY.items():
+        meshcat.SetProperty("/Background/<object>", name, color)
+    meshcat.SetProperty("/Axes", "visible", False)

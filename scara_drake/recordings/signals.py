@@ -1,0 +1,100 @@
+"""The variables of a recording: which entries of which signal make which."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from scara_drake.vectors import SERVO_STATUS
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One variable of a recording.
+
+    Attributes:
+        source: the logged signal it is in; empty where it is worked out from others.
+        column: of its first entry there.
+        dims: beside the time.
+        units: of SI.
+        long_name: what it is.
+        always: whether it is there, as NaN, where the Diagram does not have its signal.
+    """
+
+    source: str
+    column: int
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+    always: bool = True
+
+
+_POSITIONS, _RATES = "m for d1, rad for the others", "m/s for d1, rad/s for the others"
+_EFFORTS = "N for d1, N m for the others"
+_JOINT, _AXIS = ("joint",), ("axis",)
+SIGNALS: Final[dict[str, Signal]] = {
+    "q_measured": Signal("state", 0, _JOINT, _POSITIONS, "joint positions of the plant"),
+    "v_measured": Signal("state", 6, _JOINT, _RATES, "joint rates of the plant"),
+    "q_desired": Signal("state_desired", 0, _JOINT, _POSITIONS, "joint position references"),
+    "v_desired": Signal("state_desired", 6, _JOINT, _RATES, "joint rate references"),
+    "tau_commanded": Signal("actuation_commanded", 0, _JOINT, _EFFORTS, "effort before limits"),
+    "tau_applied": Signal("actuation", 0, _JOINT, _EFFORTS, "effort within the limits"),
+    "sliding_variable": Signal("sliding_variable", 0, _JOINT, _RATES, "s of equation (27)"),
+    "p_WE_measured": Signal("", 0, _AXIS, "m", "tool position of the plant"),
+    "p_WE_desired": Signal("servo_state", 0, _AXIS, "m", "tool position of the references"),
+    "p_WE_commanded": Signal("tool_command", 0, _AXIS, "m", "tool command before the channel"),
+    "f_env_on_tool_W": Signal(
+        "f_env_on_tool_W", 0, _AXIS, "N", "force of the surfaces on the tool"
+    ),
+    "f_haptic": Signal("f_haptic", 0, _AXIS, "N", "that force after the channel"),
+    "penetration": Signal("penetration", 0, ("surface",), "m", "depth of the tool in each surface"),
+    "rumble": Signal("rumble", 0, ("motor",), "1", "strength of the motors, 0 to 1"),
+    "joystick_axes": Signal("joystick_axes", 0, ("stick",), "1", "axes, -1 to 1"),
+    "delay_up": Signal("delay_up", 0, (), "s", "delay of the command"),
+    "delay_down": Signal("delay_down", 0, (), "s", "delay of the force"),
+    "status": Signal(
+        "servo_state", SERVO_STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
+    ),
+    "f_kinesthetic": Signal(
+        "f_kinesthetic", 0, _AXIS, "N", "force on the hand by a kinesthetic device", False
+    ),
+    "x_master": Signal("motion_master", 0, _AXIS, "m", "motion of the master's device", False),
+    "v_master": Signal("motion_master", 3, _AXIS, "m/s", "rate of the master's device", False),
+    "f_master": Signal(
+        "f_master", 0, _AXIS, "N", "force of the device, before its actuators' limit", False
+    ),
+    "f_hand": Signal("f_hand", 0, _AXIS, "N", "force of the hand on the device", False),
+    "hand_target": Signal("hand_target", 0, _AXIS, "m", "where the hand wants to be", False),
+    "energy_master_in": Signal("energy_master", 0, _AXIS, "J", "taken from the hand", False),
+    "energy_master_out": Signal("energy_master", 3, _AXIS, "J", "given to the hand", False),
+    "energy_slave_in": Signal("energy_slave", 0, _AXIS, "J", "given back by the slave", False),
+    "energy_slave_out": Signal("energy_slave", 3, _AXIS, "J", "given to the slave", False),
+    "p_WE_received": Signal(
+        "tool_command_received", 0, _AXIS, "m", "tool command after the channel", False
+    ),
+    "age_up": Signal("age_up", 0, (), "s", "age of the command in use", False),
+    "age_down": Signal("age_down", 0, (), "s", "age of the force in use", False),
+    "saturation": Signal(
+        "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
+    ),
+    "q_governed": Signal(
+        "state_desired_governed", 0, _JOINT, _POSITIONS, "references after the governor", False
+    ),
+    "tau_delivered": Signal(
+        "actuation_delivered", 0, _JOINT, _EFFORTS, "effort after the lag of the drives", False
+    ),
+    "perturbation_estimate": Signal(
+        "perturbation_estimate",
+        0,
+        _JOINT,
+        "m/s^2 for d1, rad/s^2 for the others",
+        "perturbation seen by the observer",
+        False,
+    ),
+    "v_estimated": Signal(
+        "velocity_estimate", 0, _JOINT, _RATES, "joint rates seen by the observer", False
+    ),
+    "f_estimated_W": Signal(
+        "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
+    ),
+}

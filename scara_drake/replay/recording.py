@@ -1,0 +1,87 @@
+"""What a recording holds that is shown: joints, desired tool, force, and the surfaces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+import yaml
+from meshcat.transformations import rotation_matrix
+from numpy.typing import NDArray
+
+from scara_drake.joints import JOINT_NAMES
+
+Array = NDArray[np.float64]
+
+_SIGNALS = ["q_measured", "q_desired", "p_WE_desired", "f_env_on_tool_W"]
+_SIZES = ("size", "thickness", "radius", "length")
+_NUMBERS = {"point", "normal", "direction", "centre", "rpy", *_SIZES}
+
+
+class Block(NamedTuple):
+    """The solid of a surface.
+
+    Attributes:
+        size: x, y, z of a box, radius and length of a cylinder along z [m].
+        X_WB: pose (4, 4).
+        framed: whether it is a wall, whose edges are drawn.
+    """
+
+    size: list[float]
+    X_WB: Array
+    framed: bool = False
+
+
+class _Untagged(yaml.SafeLoader):
+    """Reads a mapping with a tag, such as ``!Joystick``, as a plain one."""
+
+
+_Untagged.add_multi_constructor("!", lambda loader, _, node: loader.construct_mapping(node, True))
+
+
+def read_surfaces(scenario: str) -> list[Block]:
+    """Read the walls, boxes and cylinders of a scenario's YAML text, where they are at rest."""
+    blocks = []
+    for data in yaml.load(scenario, _Untagged)["environment"]["surfaces"]:
+        # YAML takes 1e-05 for a text; numpy takes it for the number it is.
+        read = {key: np.array(data[key], dtype=np.float64) for key in _NUMBERS & data.keys()}
+        if "rpy" in read:
+            turns = zip(read["rpy"][::-1], np.eye(3)[::-1], strict=True)
+            X_WB = np.linalg.multi_dot([rotation_matrix(*turn) for turn in turns])
+        else:
+            X_WB = np.eye(4)
+            X_WB[:3, :3] = facing(read["normal" if "normal" in read else "direction"])
+        X_WB[:3, 3] = read.get("centre", read.get("point"))
+        sizes = [read[key] for key in _SIZES if key in read]
+        if "normal" in read:  # a block behind the plane
+            X_WB[:3, 3] -= read["thickness"] / 2 * X_WB[:3, 2]
+        blocks.append(Block(np.hstack(sizes).tolist(), X_WB, "normal" in read))
+    return blocks
+
+
+def facing(direction: Array) -> Array:
+    """Rotation (3, 3) whose z is a direction (3,); y is up, or the world's y if z is upright."""
+    z = direction / np.linalg.norm(direction)
+    x = np.cross([0.0, 1.0, 0.0] if abs(z[2]) > 0.99 else [0.0, 0.0, 1.0], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def load(path: str | Path) -> tuple[xr.Dataset, list[Block]]:
+    """Read of a recording what is shown: joints, desired tool, force; and the surfaces.
+
+    Raises:
+        ValueError: no such file, or not a recording.
+    """
+    if not Path(path).is_file():
+        raise ValueError(f"recording: '{path}', allowed a file that exists")
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as file:
+            data = file[_SIGNALS].sel(joint=list(JOINT_NAMES)).load()
+        if data.time.size == 0 or not np.isfinite(data.q_measured).all():
+            raise ValueError("no positions")
+        return data, read_surfaces(data.attrs["scenario"])
+    except (OSError, ValueError, LookupError, TypeError, yaml.YAMLError):
+        raise ValueError(f"recording: '{path}', allowed NetCDF written by a run") from None
