@@ -20,7 +20,8 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from scara_drake import robot
-from scara_drake.environment.surfaces import Environment, Surface, Wall
+from scara_drake.environment.surfaces import Environment, Surface
+from scara_drake.environment.wall import Wall
 
 WALL_COLOR = (0.42, 0.58, 0.74, 0.30)
 EDGE_COLOR = (0.20, 0.29, 0.40, 1.0)
