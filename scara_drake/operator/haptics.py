@@ -119,8 +119,8 @@ def sustained_level(force: float, mapping: Array) -> float:
     """
     p = mapping_of(mapping)
     x = min(max((force - p.force_threshold) / (p.force_full - p.force_threshold), 0.0), 1.0)
-    share = math.log1p(p.curvature * x) / math.log1p(p.curvature)
-    return p.level_minimum + (1.0 - p.level_minimum) * share
+    span = 1.0 - p.level_minimum
+    return p.level_minimum + span * math.log1p(p.curvature * x) / math.log1p(p.curvature)
 
 
 @njit(cache=True)
