@@ -1,6 +1,6 @@
 """Generates the shipped joystick trace: 30 s of an operator who moves about and presses on a wall.
 
-Reaches are minimum-jerk (Flash and Hogan, 1985): 10 s^3 - 15 s^4 + 6 s^5 between rests. On top come
+Reaches are minimum-jerk (Flash and Hogan, 1985) between rests. On top come
 physiological tremor of 8 to 10 Hz, and what a cheap gamepad adds: 8 bits, and spikes of one to
 three samples, as the paper saw them. Run ``python -m scara_drake.operator.shipped_trace OUT.csv``.
 """
@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scara_drake.common.motion import minimum_jerk
 from scara_drake.operator.mapping import JoystickMapping
 from scara_drake.operator.trace import COLUMNS
 
@@ -110,7 +111,7 @@ def _reaches(times: Array, p: OperatorProfile) -> Array:
     sticks = np.array([[stick_for(x, p.mapping) for x in waypoint[1:]] for waypoint in waypoints])
     leg = np.clip(np.searchsorted(marks, times, side="right") - 1, 0, marks.size - 2)
     s = ((times - marks[leg]) / (marks[leg + 1] - marks[leg]))[:, np.newaxis]
-    return sticks[leg] + (sticks[leg + 1] - sticks[leg]) * s**3 * (10 - 15 * s + 6 * s**2)
+    return sticks[leg] + (sticks[leg + 1] - sticks[leg]) * minimum_jerk(s)
 
 
 def _tremor(times: Array, p: OperatorProfile, generator: np.random.Generator) -> Array:
