@@ -17,7 +17,7 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 
 from scara_drake import joints
 from scara_drake.channel.links import Channel
-from scara_drake.common import checks
+from scara_drake.common import checks, fields
 from scara_drake.common.fields import check
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import alternatives, check_schema
@@ -113,7 +113,7 @@ class Scenario:
         check_sampling = getattr(self.controller, "check_sampling", None)
         if check_sampling is not None:
             check_sampling("controller", self.time_step)
-        self.drives.check_sampling("drives", self.time_step)
+        fields.check_sampling(self.drives, "drives", self.time_step)
         self.channel.check_sampling("channel", self.time_step)
 
     def _check_together(self) -> None:

@@ -12,8 +12,9 @@ from scara_drake.operator.joint_motion import JointMotionSource
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
-from scara_drake.plant.drives import ActuatorLagSystem, JointFrictionSystem
+from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
+from scara_drake.plant.friction import JointFrictionSystem
 from scara_drake.plant.perturbation import JointPerturbationSource
 
 __all__ = [
