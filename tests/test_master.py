@@ -172,6 +172,8 @@ def test_a_force_that_is_not_finite_stops_the_run() -> None:
         ({"times": [1.0]}, "m.times: 1 entries, allowed 4"),
         ({"times": [1.0, 1.0, 2.0, 3.0]}, r"m.times\[1\]: 1.0, allowed above 1"),
         ({"targets": [[0.0, 0.0]] * 4}, r"m.targets\[0\]: 2 entries, allowed 3"),
+        ({"targets": [[0.0, 0.0, 9.0]] * 4}, r"m.targets\[0\]\[2\]: 9.0, allowed -2"),
+        ({"sweep": Sweep(axis=3)}, "m.sweep.axis: '3', allowed 0, 1, 2"),
         ({"sweep": Sweep(low=2.0, high=1.0)}, "m.sweep.high: 1.0, allowed 2 to 100"),
         ({"hand_stiffness": math.inf}, "m.hand_stiffness: inf, allowed 0 to 10000"),
     ],

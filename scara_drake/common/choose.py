@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import zlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -20,12 +21,16 @@ def chooser(functions: Sequence[Function]) -> Function:
     Args:
         functions: the table, one or more.
     """
-    names = inspect.signature(getattr(functions[0], "py_func", functions[0])).parameters
-    arguments = ", ".join(names)
-    scope: dict[str, Any] = {f"f{index}": each for index, each in enumerate(functions)}
+    plain = [getattr(each, "py_func", each) for each in functions]
+    arguments = ", ".join(inspect.signature(plain[0]).parameters)
+    scope: dict[str, Any] = {f"f{k}": each for k, each in enumerate(functions)}
+    scope["__name__"] = __name__
     last = len(functions) - 1
     lines = [f"    if number == {k}: return f{k}({arguments})" for k in range(last)]
     body = "\n".join([*lines, f"    return f{last}({arguments})"])
-    exec(f"def choose(number, {arguments}):\n{body}", scope)
-    choose: Function = njit(scope["choose"])
+    # As with the readers of layouts: numba links cached kernels by the names of what they call.
+    table = " ".join(f"{each.__module__}.{each.__qualname__}" for each in plain)
+    name = f"choose_{zlib.crc32(table.encode()):08x}"
+    exec(f"def {name}(number, {arguments}):\n{body}", scope)
+    choose: Function = njit(scope[name])
     return choose

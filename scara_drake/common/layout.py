@@ -20,6 +20,7 @@ Numbers are copies. What a kernel writes has to be an array, be it a `Cell`, of 
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Callable
 from typing import Any, Generic, TypeAlias, TypeVar, get_type_hints
 
@@ -107,7 +108,12 @@ class Layout(Generic[Names]):
                 parts.append(f"row[{where.start}:{where.stop}]")
             else:
                 parts.append(f"row[{where.start}:{where.stop}].reshape({shape})")
-        scope: dict[str, Any] = {"Names": self.names}
-        exec(f"def read(row):\n    return Names({', '.join(parts)})", scope)
-        read: Callable[[Array], Names] = njit(scope["read"])
+        # numba links cached kernels by the names of what they call, so each reader has its own, in
+        # every process the same: with one name for all, a kernel would read by another's layout.
+        body = f"return Names({', '.join(parts)})"
+        mark = zlib.crc32(f"{self.names.__module__} {body}".encode())
+        name = f"read_{self.names.__name__}_{mark:08x}"
+        scope: dict[str, Any] = {"Names": self.names, "__name__": self.names.__module__}
+        exec(f"def {name}(row):\n    {body}", scope)
+        read: Callable[[Array], Names] = njit(scope[name])
         return read

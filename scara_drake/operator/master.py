@@ -107,7 +107,7 @@ class Master:
         return _exponential(rates * period)[:2]
 
 
-class Device(NamedTuple):
+class MasterRow(NamedTuple):
     """A device and its hand in a kernel.
 
     Attributes:
@@ -125,7 +125,7 @@ class Device(NamedTuple):
     period: float
 
 
-DEVICE = Layout(Device, transition=(2, 4))
+DEVICE = Layout(MasterRow, transition=(2, 4))
 device_of = DEVICE.reader()
 
 
