@@ -18,6 +18,7 @@ from pydrake.geometry import Meshcat
 
 import scara_drake as sd
 from scara_drake import plotting
+from scara_drake.common.motion import minimum_jerk
 from scara_drake.operator.mapping import JoystickMapping
 from scara_drake.operator.shipped_trace import stick_for
 from scara_drake.operator.trace import COLUMNS
@@ -43,7 +44,7 @@ def looping_trace(mapping: JoystickMapping) -> str:
         angle = 2.0 * np.pi * max(time - 2.0, 0.0) / TURN
         offsets = (
             0.3 * np.sin(angle),
-            -0.305 * x**3 * (10 - 15 * x + 6 * x**2),
+            -0.305 * minimum_jerk(x),
             0.2 * (1 - np.cos(angle)),
         )
         sticks = [stick_for(offset, mapping) for offset in offsets]

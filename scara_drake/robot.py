@@ -1,7 +1,7 @@
 """The robot in a MultibodyPlant: its model, its nominal inertias and its mass matrices."""
 
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from typing import Final
@@ -14,7 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, SpatialInertia, UnitInertia
 
 from scara_drake import joints
-from scara_drake.common import checks
+from scara_drake.common.fields import number, vector
 from scara_drake.common.resources import resource
 
 Array = NDArray[np.float64]
@@ -30,23 +30,13 @@ class RobotModel:
     Attributes:
         mass_scale: factors of the masses and of the rotational inertias of link_1 to link_6; the
             inertias of the drives stay.
-        payload_mass: of a point mass that the tool holds [kg].
-        payload_offset: where that is, in the tool frame [m].
+        payload_mass: of a point mass that the tool holds.
+        payload_offset: where that is, in the tool frame.
     """
 
-    mass_scale: list[float] = field(default_factory=lambda: [1.0] * 6)
-    payload_mass: float = 0.0  # [kg]
-    payload_offset: list[float] = field(default_factory=lambda: [0.0] * 3)  # [m]
-
-    def validate(self, name: str) -> None:
-        """Check the fields; `name` is the path in the scenario.
-
-        Raises:
-            ValueError: a number out of its range.
-        """
-        checks.vector(f"{name}.mass_scale", self.mass_scale, 6, 0.1, 10.0)
-        checks.number(f"{name}.payload_mass", self.payload_mass, 0.0, 500.0)
-        checks.vector(f"{name}.payload_offset", self.payload_offset, 3, -2.0, 2.0)
+    mass_scale: list[float] = vector([1.0] * 6, "1", 0.1, 10.0)
+    payload_mass: float = number(0.0, "kg", 0.0, 500.0)
+    payload_offset: list[float] = vector([0.0] * 3, "m", -2.0, 2.0)
 
 
 def add_scara(plant: MultibodyPlant, model: RobotModel | None = None) -> ModelInstanceIndex:

@@ -19,8 +19,9 @@ from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.operator.master import SimulatedMaster
-from scara_drake.plant.drives import ActuatorLagSystem, JointFrictionSystem
+from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
+from scara_drake.plant.friction import JointFrictionSystem
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer

@@ -1,14 +1,19 @@
-"""Poses as the vectors that cross ports: p_WE (3) [m], then the quaternion w, x, y, z of R_WE."""
+"""The vectors that cross ports: poses and tool commands.
+
+A pose is p_WE (3) [m], then the quaternion w, x, y, z of R_WE; a tool command (8) has the height of
+the mast [m] after it.
+"""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.math import RotationMatrix
 
 from scara_drake import kinematics
+from scara_drake.common.layout import Cell, Layout
 
 Array = NDArray[np.float64]
 
@@ -32,3 +37,38 @@ def pose_matrix(vector: ArrayLike) -> Array:
     kinematics.rotation_from_quaternion_kernel(values[3:7], R_WE)
     X_WE[:3, :3], X_WE[:3, 3] = R_WE, values[:3]
     return X_WE
+
+
+class ToolCommand(NamedTuple):
+    """What the operator asks of the tool.
+
+    Attributes:
+        p_WE: position (3) [m].
+        quaternion: of R_WE, w, x, y, z (4).
+        mast_height: d1 [m].
+    """
+
+    p_WE: Array
+    quaternion: Array
+    mast_height: Cell
+
+
+TOOL_COMMAND = Layout(ToolCommand, p_WE=3, quaternion=4, mast_height=())
+tool_command_of = TOOL_COMMAND.reader()
+
+
+def held_command(centre: ArrayLike, rpy: ArrayLike, mast_height: float) -> Array:
+    """Return the tool command (8,) of a point relative to the arm's base, which rides on the mast.
+
+    Args:
+        centre: (3,) [m], in W's axes.
+        rpy: orientation of the tool, Rx(roll) Ry(pitch) Rz(yaw) (3,) [rad].
+        mast_height: [m].
+    """
+    x, y, z = np.asarray(centre, dtype=np.float64)
+    rotation = RotationMatrix(kinematics.rotation_from_intrinsic_xyz(rpy))
+    return TOOL_COMMAND.pack(
+        p_WE=[x, y, z + mast_height],
+        quaternion=rotation.ToQuaternion().wxyz(),
+        mast_height=mast_height,
+    )

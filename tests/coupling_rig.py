@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numba import njit
@@ -16,7 +16,8 @@ from numba import njit
 from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.ends import Coupling
 from scara_drake.coupling.layouts import PACKET
-from scara_drake.operator.master import Master, hand_target, move_device
+from scara_drake.operator.hand import hand_target_at
+from scara_drake.operator.master import Master, move_device
 
 PERIOD = 1e-3
 
@@ -28,8 +29,8 @@ T, X_M, F_M, X_S, F_ENV, E_IN_M, E_OUT_M, E_IN_S, E_OUT_S, RX_M, RX_S, X_HAND, F
 
 @njit
 def run(
-    master_kernel, slave_kernel, c_master, c_slave, mem_m, mem_s, sizes, waypoints, sweep,
-    transition, hand, limit, arrive_up, arrive_down, wall, limiter, lag, e_up, e_down, result,
+    master_kernel, slave_kernel, c_master, c_slave, mem_m, mem_s, sizes, waypoints, sweep, device,
+    arrive_up, arrive_down, wall, limiter, lag, e_up, e_down, result,
 ):  # fmt: skip
     """Run; `arrive_*[k]` is the number of the packet that is on the receiver's port at tick k."""
     steps = result.shape[0]
@@ -67,8 +68,8 @@ def run(
         xs += 1e-3 * vs
         tool[k + 1, 0], tool[k + 1, 1] = xs[AXIS], vs[AXIS]
         slave_kernel(up, f_env, ms, c_slave, mem_s, sent_s, command, en_s)
-        hand_target(t + 1e-3, waypoints, sweep, nxt)
-        move_device(transition, hand, limit, 1e-3, f_old, nxt, motion, target, f_hand)
+        hand_target_at(t + 1e-3, waypoints, sweep, nxt)
+        move_device(device, f_old, nxt, motion, target, f_hand)
         master_kernel(motion_old, down, c_master, mem_m, sent_m, f, en_m)
         f_env[AXIS] = force
         ups[k + 1] = sent_m
@@ -129,10 +130,8 @@ class Rig:
             np.array(slave.memory["memory"].initial),
             np.array([exchange.up_size, exchange.down_size]),
             self.master.waypoints(),
-            self.master.sweep_parameters(),
-            self.master.transition(PERIOD),
-            np.array([self.master.hand_stiffness, self.master.hand_damping]),
-            self.limit,
+            self.master.sweep.parameters(),
+            replace(self.master, actuator_limit=self.limit).parameters(PERIOD),
             arrivals(up, steps),
             arrivals(down, steps),
             np.array([self.wall, self.stiffness, self.damping]),

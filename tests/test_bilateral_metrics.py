@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scara_drake.metrics import bilateral as bm
-from scara_drake.operator.master import Master, Sweep, hand_target, move_device
+from scara_drake.operator.hand import Sweep, hand_target_at
+from scara_drake.operator.master import Master, move_device
 
 PERIOD = 1e-3
 START, SWEPT, TAIL = 1.0, 20.0, 2.0  # [s]
@@ -109,11 +110,10 @@ def test_the_energy_margin_is_the_least_of_all_axes() -> None:
 def swept(stiffness: float, damping: float, late: int = 0, noise: float = 0.0) -> xr.Dataset:
     """A hand that sweeps a device against a spring and a damper, `late` ticks away."""
     sweep = Sweep(1, 5e-3, 0.06, 16.0, START, SWEPT)
-    master = Master(times=[0.5], targets=[[0.0, 0.01, 0.0]], sweep=sweep)
+    master = Master(times=[0.5], targets=[[0.0, 0.01, 0.0]], sweep=sweep, actuator_limit=1e9)
     steps = round((START + SWEPT + TAIL) / PERIOD) + 1
-    waypoints, parameters = master.waypoints(), master.sweep_parameters()
-    transition = master.transition(PERIOD)
-    hand = np.array([master.hand_stiffness, master.hand_damping])
+    waypoints, parameters = master.waypoints(), master.sweep.parameters()
+    device = master.parameters(PERIOD)
     motion, target, after = np.zeros(6), np.zeros(3), np.empty(3)
     f_hand, f = np.zeros(3), np.zeros((steps + late + 1, 3))
     rows = np.zeros((4, steps))
@@ -121,8 +121,8 @@ def swept(stiffness: float, damping: float, late: int = 0, noise: float = 0.0) -
         f[k + late] = stiffness * motion[:3] + damping * motion[3:]
         shown = f[k]
         rows[:, k] = motion[4], shown[1], f_hand[1], target[1]
-        hand_target((k + 1) * PERIOD, waypoints, parameters, after)
-        move_device(transition, hand, 1e9, PERIOD, shown, after, motion, target, f_hand)
+        hand_target_at((k + 1) * PERIOD, waypoints, parameters, after)
+        move_device(device, shown, after, motion, target, f_hand)
     rows[1] += noise * np.sin(2.0 * math.pi * 3.3 * PERIOD * np.arange(steps))
     names = ("v_master", "f_master", "f_hand", "hand_target")
     duration = PERIOD * (steps - 1)

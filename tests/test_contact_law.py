@@ -18,6 +18,7 @@ from scara_drake.environment import (
     contact_force,
     normal_force,
     surface_distance,
+    surface_row,
 )
 
 settings.register_profile("kernels", deadline=None)  # the first call of a kernel compiles it
@@ -65,7 +66,7 @@ def surfaces(**fields) -> st.SearchStrategy[Surface]:
 
 def distance(surface: Surface, p_S: np.ndarray) -> tuple[float, np.ndarray]:
     normal = np.empty(3)
-    return surface_distance(surface.parameters(), np.array(p_S, dtype=float), normal), normal
+    return surface_distance(surface_row(surface), np.array(p_S, dtype=float), normal), normal
 
 
 def contact(
@@ -232,7 +233,7 @@ def test_no_motion_is_ever_pulled(data, law, spin, swing, frequency) -> None:
     alpha=st.floats(0, 5),
 )
 def test_what_a_law_adds_to_its_spring_dissipates(law, depth, rate, n, alpha) -> None:
-    row = Wall(law=law, exponent=n, alpha=alpha).parameters()
+    row = surface_row(Wall(law=law, exponent=n, alpha=alpha))
     spring = 1e4 * depth ** (n if law == "hunt_crossley" else 1.0)
     f = normal_force(row, depth, rate)
     assert f >= 0.0
@@ -263,7 +264,7 @@ def test_a_closed_path_loses_energy(data, law, cosines, sines) -> None:
 @pytest.mark.parametrize("speed", [0.02, 0.1, 0.3])
 def test_hunt_and_crossley_keep_1_minus_alpha_v_of_the_speed(n: float, speed: float) -> None:
     alpha, mass = 0.4, 2.0
-    row = Wall(law="hunt_crossley", exponent=n, alpha=alpha).parameters()
+    row = surface_row(Wall(law="hunt_crossley", exponent=n, alpha=alpha))
     state, h = np.array([0.0, speed]), 2e-5  # depth, its rate
 
     def slope(x: np.ndarray) -> np.ndarray:

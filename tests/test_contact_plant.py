@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from scara_drake import joints, kinematics, robot
+from scara_drake.common.fields import check
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.environment import (
     Box,
@@ -41,7 +42,7 @@ class Press:
 
     def __init__(self, *surfaces: Surface, q: np.ndarray = joints.HOME):
         environment = Environment(list(surfaces))
-        environment.validate("environment")
+        check(environment, "environment")
         builder = DiagramBuilder()
         self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
         robot.add_scara(self.plant)

@@ -16,6 +16,7 @@ pygame = pytest.importorskip("pygame")
 from pydrake.systems.analysis import Simulator  # noqa: E402
 from virtual_pad import VirtualPad, load_sdl  # noqa: E402
 
+from scara_drake.common.fields import check  # noqa: E402
 from scara_drake.operator.devices import AxisMap, PygameDevice, find_device  # noqa: E402
 from scara_drake.operator.joystick import JoystickSource  # noqa: E402
 
@@ -64,7 +65,7 @@ def test_axis_map_chooses_axes_and_missing_ones_read_zero(pad: VirtualPad) -> No
 @pytest.mark.parametrize("index", [-1, 64, 1.5])
 def test_axis_map_refuses_bad_indices(index: float) -> None:
     with pytest.raises(ValueError, match=r"axes\.z: .*allowed"):
-        AxisMap(z=index).validate("axes")  # type: ignore[arg-type]
+        check(AxisMap(z=index), "axes")  # type: ignore[arg-type]
 
 
 def test_read_returns_its_own_array(pad: VirtualPad) -> None:

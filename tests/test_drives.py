@@ -1,4 +1,4 @@
-"""scara_drake.plant.drives: lag and friction, by closed forms, energy, and the arm in a loop."""
+"""scara_drake.plant: lag and friction, by closed forms, energy, and the arm in a loop."""
 
 import math
 
@@ -15,18 +15,15 @@ from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from scipy import integrate
 
 from scara_drake import joints, robot
-from scara_drake.plant.drives import (
-    COULOMB,
-    SIGMA_0,
-    SIGMA_1,
-    ActuatorLag,
-    ActuatorLagSystem,
-    Drives,
+from scara_drake.common.fields import check, check_sampling
+from scara_drake.plant.drives import ActuatorLag, ActuatorLagSystem, Drives
+from scara_drake.plant.encoder import Encoder
+from scara_drake.plant.friction import (
+    FRICTION,
     JointFriction,
     JointFrictionSystem,
-    friction_force,
+    joint_friction,
 )
-from scara_drake.plant.encoder import Encoder
 
 H = 1e-3
 
@@ -89,11 +86,11 @@ def test_lag_is_fed_through_in_the_same_tick():
 # Friction, of one joint: a mass with the least inertia of joint 2 unless said otherwise.
 
 JOINT = 1
-PARAMETERS = JointFriction().array()
-F_C = PARAMETERS[COULOMB, JOINT]
-SIGMA = PARAMETERS[SIGMA_0, JOINT]
+PARAMETERS = JointFriction().parameters()
+F_C = FRICTION.unpack(PARAMETERS).coulomb[JOINT]
+SIGMA = FRICTION.unpack(PARAMETERS).sigma_0[JOINT]
 Z_MAX = F_C / SIGMA
-LEAST_INERTIA = PARAMETERS[SIGMA_1, JOINT] ** 2 / (4 * SIGMA)
+LEAST_INERTIA = FRICTION.unpack(PARAMETERS).sigma_1[JOINT] ** 2 / (4 * SIGMA)
 
 
 class Sled:
@@ -107,7 +104,7 @@ class Sled:
         self.touch()
 
     def touch(self):
-        friction_force(self.state, self.parameters, self.memory, self.force)
+        joint_friction(self.state, self.parameters, self.memory, self.force)
 
     def step(self, load):
         self.state[6 + JOINT] += H / self.inertia * (load + self.force[JOINT])
@@ -211,7 +208,7 @@ def test_the_force_is_bounded_by_coulomb_and_viscous(state, viscous, steps):
     memory, force = np.r_[np.zeros(6), np.full(6, np.nan)], np.empty(6)
     for k in range(steps):
         now = np.array(state) * math.cos(k)
-        friction_force(now, friction.array(), memory, force)
+        joint_friction(now, friction.parameters(), memory, force)
         bound = np.array(friction.coulomb) + viscous * np.abs(now[6:])
         assert np.all(np.abs(force) <= bound * (1 + 1e-12))
 
@@ -219,7 +216,7 @@ def test_the_force_is_bounded_by_coulomb_and_viscous(state, viscous, steps):
 def test_no_coulomb_is_viscous_friction_alone():
     friction = JointFriction([0.0] * 6, [3.0] * 6)
     memory, force = np.r_[np.zeros(6), np.full(6, np.nan)], np.empty(6)
-    friction_force(np.r_[np.ones(6), np.full(6, 0.5)], friction.array(), memory, force)
+    joint_friction(np.r_[np.ones(6), np.full(6, 0.5)], friction.parameters(), memory, force)
     np.testing.assert_allclose(force, -1.5)
 
 
@@ -262,7 +259,7 @@ def test_the_arm_rests_on_its_friction():
 def test_a_ten_times_stiffer_friction_still_settles_within_the_sampling_rule():
     friction = JointFriction()
     stiff = JointFriction(presliding=[0.1 * x for x in friction.presliding])
-    stiff.check_sampling("f", H)
+    check_sampling(stiff, "f", H)
     state, force = arm(stiff, 0.5 * np.array(stiff.coulomb), 1.0)
     assert np.abs(state[-1, 6:]).max() < 1e-6
     np.testing.assert_allclose(force[-1], -0.5 * np.array(stiff.coulomb), rtol=1e-2)
@@ -271,15 +268,15 @@ def test_a_ten_times_stiffer_friction_still_settles_within_the_sampling_rule():
 def test_too_stiff_a_friction_is_refused_and_would_not_settle():
     stiff = JointFriction(presliding=[0.01 * x for x in JointFriction().presliding])
     with pytest.raises(ValueError, match=r"d\.friction: h max lambda.* allowed below 4"):
-        Drives(friction=stiff).check_sampling("d", H)
+        check_sampling(Drives(friction=stiff), "d", H)
     state, _ = arm(stiff, 0.5 * np.array(stiff.coulomb), 0.3)
     assert np.abs(state[-50:, 6:]).max() > 1e-4
 
 
 def test_the_defaults_hold_at_every_time_step_of_a_scenario():
     for period in (1e-4, 1e-3, 2e-3):
-        Drives(friction=JointFriction()).check_sampling("d", period)
-    Drives().check_sampling("d", H)
+        check_sampling(Drives(friction=JointFriction()), "d", period)
+    check_sampling(Drives(), "d", H)
 
 
 def test_starting_again_changes_nothing():
@@ -304,8 +301,8 @@ def test_drives_read_from_yaml_and_write_back():
         encoder=Encoder(velocity_bandwidth=300.0), friction=JointFriction([1.0] * 6)
     )
     assert yaml_load_typed(schema=Drives, data=yaml_dump_typed(drives)) == drives
-    drives.validate("drives")
-    Drives().validate("drives")
+    check(drives, "drives")
+    check(Drives(), "drives")
 
 
 @pytest.mark.parametrize(
@@ -321,4 +318,4 @@ def test_drives_read_from_yaml_and_write_back():
 )
 def test_bad_fields_are_named(drives, named):
     with pytest.raises(ValueError, match=named):
-        drives.validate("d")
+        check(drives, "d")

@@ -14,6 +14,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from scipy import signal, stats
 
 from scara_drake import joints, robot
+from scara_drake.common.fields import check
 from scara_drake.plant.encoder import Encoder, EncoderSystem, encoder_sample
 
 H = 1e-3
@@ -23,10 +24,8 @@ NONE = [0.0] * 6
 def sample(q, v, encoder, memory, seed=0, period=H):
     """What the sensors show (12,); the memory moves on by a sample."""
     measured = np.empty(12)
-    parameters = np.array([encoder.resolution, encoder.noise])
-    decay = math.exp(-encoder.velocity_bandwidth * period)
     state = np.concatenate([np.broadcast_to(q, 6), np.broadcast_to(v, 6)]).astype(float)
-    encoder_sample(state, parameters, seed, period, decay, memory, measured)
+    encoder_sample(state, encoder.parameters(period), seed, memory, measured)
     memory[0] += 1.0
     memory[1:] = measured
     return measured
@@ -189,4 +188,4 @@ def test_ports_and_constant_attributes():
 )
 def test_bad_fields_are_named(encoder, named):
     with pytest.raises(ValueError, match=named):
-        encoder.validate("e")
+        check(encoder, "e")

@@ -15,6 +15,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from scara_drake import joints, kinematics, robot
+from scara_drake.common.fields import check
 from scara_drake.environment import (
     Box,
     ConstantVelocity,
@@ -329,7 +330,7 @@ def test_the_pose_of_a_wall_is_right_handed_for_any_normal(normal: list[float]) 
 def test_yaml() -> None:
     text = "surfaces:\n- {name: panel, point: [1, 0, 3], stiffness: 5000}\n"
     environment = yaml_load_typed(schema=Environment, data=text, defaults=Environment())
-    environment.validate("environment")
+    check(environment, "environment")
     assert environment.names() == ["panel"]
     assert environment.surfaces[0].stiffness == 5000
     assert environment.surfaces[0].damping == 100
@@ -351,7 +352,7 @@ def test_yaml() -> None:
 )
 def test_invalid_walls_name_the_field(wall: Wall, field: str) -> None:
     with pytest.raises(ValueError, match=rf"environment\.surfaces\[0\]\.{field}.*allowed"):
-        Environment([wall]).validate("environment")
+        check(Environment([wall]), "environment")
 
 
 SURFACES = """
@@ -425,9 +426,9 @@ def test_wrong_surfaces_of_a_scenario_are_named(surfaces: str, message: str) -> 
 )
 def test_invalid_surfaces_name_the_field(surface: Surface, field: str) -> None:
     with pytest.raises(ValueError, match=rf"environment\.surfaces\[0\]\.{field}.*allowed"):
-        Environment([surface]).validate("environment")
+        check(Environment([surface]), "environment")
 
 
 def test_two_walls_of_one_name_are_refused() -> None:
     with pytest.raises(ValueError, match=r"surfaces\[1\]\.name: 'wall'"):
-        Environment([Wall(), Wall()]).validate("environment")
+        check(Environment([Wall(), Wall()]), "environment")

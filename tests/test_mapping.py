@@ -17,6 +17,7 @@ from pydrake.systems.framework import Context
 from scara_drake.joints import HOME
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.mapping import (
+    STICK_MOTION,
     JoystickMapping,
     JoystickToPose,
     initial_command,
@@ -154,10 +155,13 @@ def test_bounds_hold_for_any_stick(path: list[np.ndarray], height: float, share:
     mapping = JoystickMapping(mast_height=height)
     centre = np.array(mapping.centre)
     command = initial_command(mapping)
+    motion = STICK_MOTION.pack(
+        centre=centre, scale=0.5, dead_zone=0.05, share=share, max_step=0.05, mast_step=0.02
+    )
     held = command[3:7].copy()
     for axes in path:
         before = command.copy()
-        move_command(axes, centre, 0.5, 0.05, share, 0.05, 0.02, command)
+        move_command(axes, motion, command)
         moved = command[:3] - before[:3]
         moved[2] -= command[7] - before[7]
         assert np.linalg.norm(moved) <= 0.05 + 1e-12

@@ -12,7 +12,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
-from scara_drake.operator.master import Master, SimulatedMaster, Sweep, hand_target, move_device
+from scara_drake.common.fields import check
+from scara_drake.operator.hand import Sweep, hand_target_at
+from scara_drake.operator.master import Master, SimulatedMaster, move_device
 
 PERIOD = 1e-3
 
@@ -21,13 +23,11 @@ def moved(master: Master, forces: np.ndarray, targets: np.ndarray) -> np.ndarray
     """Motion (n, 2) of the x axis under forces (n,) and the hand's targets (n + 1,)."""
     motion, target, f_hand = np.zeros(6), np.zeros(3), np.zeros(3)
     target[0] = targets[0]
-    hand = np.array([master.hand_stiffness, master.hand_damping])
+    device = master.parameters(PERIOD)
     rows = []
     for force, after in zip(forces, targets[1:], strict=True):
-        move_device(
-            master.transition(PERIOD), hand, master.actuator_limit, PERIOD,
-            np.array([force, 0.0, 0.0]), np.array([after, 0.0, 0.0]), motion, target, f_hand,
-        )  # fmt: skip
+        f_master, target_next = np.array([force, 0.0, 0.0]), np.array([after, 0.0, 0.0])
+        move_device(device, f_master, target_next, motion, target, f_hand)
         rows.append(motion[[0, 3]].copy())
     return np.array(rows)
 
@@ -89,7 +89,7 @@ def test_the_actuators_saturate() -> None:
 
 def target_at(master: Master, t: float) -> np.ndarray:
     target = np.empty(3)
-    hand_target(t, master.waypoints(), master.sweep_parameters(), target)
+    hand_target_at(t, master.waypoints(), master.sweep.parameters(), target)
     return target
 
 
@@ -172,10 +172,12 @@ def test_a_force_that_is_not_finite_stops_the_run() -> None:
         ({"times": [1.0]}, "m.times: 1 entries, allowed 4"),
         ({"times": [1.0, 1.0, 2.0, 3.0]}, r"m.times\[1\]: 1.0, allowed above 1"),
         ({"targets": [[0.0, 0.0]] * 4}, r"m.targets\[0\]: 2 entries, allowed 3"),
+        ({"targets": [[0.0, 0.0, 9.0]] * 4}, r"m.targets\[0\]\[2\]: 9.0, allowed -2"),
+        ({"sweep": Sweep(axis=3)}, "m.sweep.axis: '3', allowed 0, 1, 2"),
         ({"sweep": Sweep(low=2.0, high=1.0)}, "m.sweep.high: 1.0, allowed 2 to 100"),
         ({"hand_stiffness": math.inf}, "m.hand_stiffness: inf, allowed 0 to 10000"),
     ],
 )
 def test_wrong_fields_are_named(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        Master(**fields).validate("m")
+        check(Master(**fields), "m")

@@ -10,6 +10,7 @@ from leaf import ports
 from pydrake.common.yaml import yaml_load_typed
 
 from scara_drake import robot
+from scara_drake.common.fields import check
 from scara_drake.plant.perturbation import JointPerturbation, JointPerturbationSource
 
 M_HAT = robot.nominal_inertias()
@@ -65,7 +66,7 @@ def test_it_reads_from_yaml():
         defaults=JointPerturbation(),
     )
     assert read == JointPerturbation(amplitude=[0, 5, 0, 0, 0, 0], start=2.0)
-    read.validate("p")
+    check(read, "p")
 
 
 @pytest.mark.parametrize(
@@ -81,4 +82,4 @@ def test_it_reads_from_yaml():
 )
 def test_bad_fields_are_named(perturbation, named):
     with pytest.raises(ValueError, match=named):
-        perturbation.validate("p")
+        check(perturbation, "p")

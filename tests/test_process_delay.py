@@ -9,6 +9,7 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 
 from scara_drake import joints, robot
 from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.common.fields import check
 from scara_drake.control.process_delay import (
     CONTROL_DELAY_READINGS,
     ProcessDelay,
@@ -45,7 +46,7 @@ def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_po
 @pytest.mark.parametrize("joint", [None, *joints.JOINT_NAMES])
 def test_reading_b_adds_zeta_and_d_to_u(joint):
     perturbation = parts(perturbation_reading(joint)).perturbation
-    perturbation.validate("perturbation")
+    check(perturbation, "perturbation")
     system = perturbation.make_system()
     context = system.CreateDefaultContext()
     on = np.array([joint in (None, name) for name in joints.JOINT_NAMES])

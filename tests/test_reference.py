@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from leaf import ports
 
+from scara_drake.common.fields import check
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.joint_motion import JointMotion, JointMotionSource, joint_reference
 
@@ -19,7 +20,7 @@ MOTION = JointMotion(
 
 def state_at(t):
     state = np.empty(12)
-    joint_reference(t, *MOTION.parameters(), state)
+    joint_reference(t, MOTION.parameters(), state)
     return state
 
 
@@ -39,9 +40,9 @@ def test_the_move_goes_from_rest_to_rest():
 
 def test_a_motion_out_of_the_joint_range_is_refused():
     with pytest.raises(ValueError, match=r"operator at its extreme: d1 = 10\.3 m, allowed 2\.5 to"):
-        JointMotion(displacement=[7.3, 0, 0, 0, 0, 0]).validate("operator")
+        check(JointMotion(displacement=[7.3, 0, 0, 0, 0, 0]), "operator")
     with pytest.raises(ValueError, match=r"^operator\.base: theta4 = -3 rad, allowed"):
-        JointMotion(base=[3.0, 0.0, 0.0, -3.0, 0.0, 0.0]).validate("operator")
+        check(JointMotion(base=[3.0, 0.0, 0.0, -3.0, 0.0, 0.0]), "operator")
 
 
 def test_source_ports_and_outputs():

@@ -12,6 +12,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake import joints, kinematics, robot
+from scara_drake.common.fields import check
 
 CONSTANTS = [joints.LOWER, joints.UPPER, joints.MAX_SPEED, joints.EFFORT, joints.HOME]
 
@@ -246,7 +247,7 @@ def test_a_model_reads_from_yaml():
     text = "{mass_scale: [1.1, 1, 1, 1, 1, 1], payload_mass: 10}"
     model = yaml_load_typed(schema=robot.RobotModel, data=text, defaults=robot.RobotModel())
     assert model == robot.RobotModel([1.1, 1, 1, 1, 1, 1], 10.0)
-    model.validate("robot")
+    check(model, "robot")
 
 
 @pytest.mark.parametrize(
@@ -261,4 +262,4 @@ def test_a_model_reads_from_yaml():
 )
 def test_a_bad_model_is_named(model, named):
     with pytest.raises(ValueError, match=named):
-        model.validate("robot")
+        check(model, "robot")

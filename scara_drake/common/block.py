@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     DependencyTicket,
     DiscreteStateIndex,
@@ -40,11 +41,14 @@ class Input:
         size: of its vector.
         finite: NaN or infinity on it stops the run.
         default: what the kernels read where the port is not connected; None: it must be.
+        value: model of what comes in, a Drake `Value`, where that is no vector; no compiled kernel
+            can read it.
     """
 
-    size: int
+    size: int = 0
     finite: bool = False
     default: tuple[float, ...] | None = None
+    value: AbstractValue | None = None
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,8 @@ class Block(LeafSystem):
         self.declaration = declaration
         self._inputs = {
             name: self.DeclareVectorInputPort(name, port.size)
+            if port.value is None
+            else self.DeclareAbstractInputPort(name, port.value)
             for name, port in declaration.inputs.items()
         }
         # Plain ints: Drake takes them faster than its own index type, twenty times a tick.

@@ -1,7 +1,8 @@
 """Fields of a scenario's parts: default, unit, symbol, bounds and equation, written once.
 
-A part is a dataclass whose fields are declared with `number`, `vector`, `choice` and `words`;
-`check` reads the bounds from them, tuning its ranges, and the reference of all fields its rows.
+A part is a dataclass whose fields are declared with `number`, `vector`, `rows`, `choice` and
+`words`; `check` reads the bounds from them, tuning its ranges, and the reference of all fields its
+rows.
 What a field means stands in the ``Attributes`` of its class. A rule between fields is a method
 ``check_together(name)`` of the part, one about the time step ``check_sampling(name, period)``.
 """
@@ -30,6 +31,7 @@ class Spec:
         low: smallest value allowed.
         high: largest value allowed.
         size: entries of a list; None is any number of them, 0 is no list.
+        width: entries of each row of a list of rows; 0 is no list of rows.
         choices: words allowed; empty for a number.
         symbol: in the paper.
         equation: of the paper in which it stands.
@@ -42,6 +44,7 @@ class Spec:
     choices: tuple[str, ...] = ()
     symbol: str = ""
     equation: str = ""
+    width: int = 0
 
 
 def number(
@@ -72,6 +75,15 @@ def vector(
     values = list(default)
     spec = Spec(unit, low, high, len(values) if size == -1 else size, (), symbol, equation)
     return field(default_factory=lambda: list(values), metadata={KEY: spec})
+
+
+def rows(
+    default: Sequence[Sequence[float]], unit: str, low: float = -math.inf, high: float = math.inf
+) -> Any:
+    """Declare a list of any number of rows of finite numbers, each as long as those given."""
+    values = [list(row) for row in default]
+    spec = Spec(unit, low, high, None, width=len(values[0]))
+    return field(default_factory=lambda: [list(row) for row in values], metadata={KEY: spec})
 
 
 def choice(default: str, choices: Sequence[str]) -> Any:
@@ -164,7 +176,10 @@ def _check_value(where: str, value: Any, spec: Spec) -> None:
     if spec.size is not None and len(value) != spec.size:
         raise ValueError(f"{where}: {len(value)} entries, allowed {spec.size}")
     for index, entry in enumerate(value):
-        _check_entry(f"{where}[{index}]", entry, spec)
+        if spec.width:
+            checks.vector(f"{where}[{index}]", entry, spec.width, spec.low, spec.high)
+        else:
+            _check_entry(f"{where}[{index}]", entry, spec)
 
 
 def _check_entry(where: str, value: Any, spec: Spec) -> None:
@@ -182,6 +197,7 @@ __all__ = [
     "choice",
     "number",
     "resolve_files",
+    "rows",
     "spec_of",
     "vector",
     "words",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -38,3 +40,19 @@ def limit_motion(
     shrink = min(1.0, max_acceleration * dt / change) if change > 0.0 else 1.0
     for i in range(error.size):
         rate[i] += shrink * 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
+
+
+@njit(cache=True)
+def minimum_jerk(x: Array | float) -> Any:
+    """Share of the way at the share x of the time, both 0 to 1: 10 x³ - 15 x⁴ + 6 x⁵.
+
+    Between rests it has the least integral of the squared jerk (Flash and Hogan, 1985). For a
+    number or for an array of any shape.
+    """
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
+
+
+@njit(cache=True)
+def minimum_jerk_rate(x: Array | float) -> Any:
+    """Slope of `minimum_jerk`: 30 x² (1 - x)²."""
+    return 30.0 * x * x * (1.0 - x) * (1.0 - x)

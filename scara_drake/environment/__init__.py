@@ -1,10 +1,19 @@
 """What the tool can touch: walls, boxes and pipes, and how they push back."""
 
+from scara_drake.environment.box import Box
 from scara_drake.environment.compliance import ConstantVelocity, SineMotion
 from scara_drake.environment.contact import ImpedanceContact
-from scara_drake.environment.law import contact_force, normal_force, surface_distance, tool_contact
+from scara_drake.environment.cylinder import Cylinder
+from scara_drake.environment.force import contact_force, tool_contact
+from scara_drake.environment.law import normal_force
 from scara_drake.environment.scene import ContactShapes, add_surfaces
-from scara_drake.environment.surfaces import Box, Cylinder, Environment, Surface, Wall
+from scara_drake.environment.surfaces import (
+    Environment,
+    Surface,
+    surface_distance,
+    surface_row,
+)
+from scara_drake.environment.wall import Wall
 
 __all__ = [
     "Box",
@@ -20,5 +29,6 @@ __all__ = [
     "contact_force",
     "normal_force",
     "surface_distance",
+    "surface_row",
     "tool_contact",
 ]

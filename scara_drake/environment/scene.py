@@ -21,7 +21,8 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from scara_drake import robot
 from scara_drake.display import look
-from scara_drake.environment.surfaces import Environment, Surface, Wall
+from scara_drake.environment.surfaces import Environment, Surface
+from scara_drake.environment.wall import Wall
 
 FRICTION = CoulombFriction(0.6, 0.5)
 RIGID = 1e12  # stiffness of the tool where Drake's contact yields, so that the surface's counts

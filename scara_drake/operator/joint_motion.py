@@ -1,67 +1,95 @@
 """Joint references that need no operator: sines on any joint and a polynomial move."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from scara_drake import joints
-from scara_drake.common import checks
+from scara_drake.common.block import Block, Declaration, Output
+from scara_drake.common.fields import number, vector
+from scara_drake.common.layout import Layout
+from scara_drake.common.motion import minimum_jerk, minimum_jerk_rate
 from scara_drake.vectors import pose_vector
 
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-5  # [m], [rad]
+_NONE = [0.0] * 6
+
+
+class Motion(NamedTuple):
+    """`JointMotion` in a kernel."""
+
+    base: Array
+    amplitude: Array
+    frequency: Array
+    displacement: Array
+    start: float
+    move_duration: float
+
+
+MOTION = Layout(Motion, base=6, amplitude=6, frequency=6, displacement=6)
+motion_of = MOTION.reader()
 
 
 @njit(cache=True)
-def joint_reference(
-    t: float,
-    base: Array,
-    amplitude: Array,
-    frequency: Array,
-    displacement: Array,
-    start: float,
-    duration: float,
-    state: Array,
-) -> None:
+def joint_reference(t: float, motion: Array, state_desired: Array) -> None:
     """Write (q, v) (12,) at time t: base + sine + minimum-jerk displacement.
 
-    The move follows 10 x³ - 15 x⁴ + 6 x⁵ with x = (t - start) / duration in [0, 1]: it starts and
-    ends with zero velocity and acceleration.
+    The move starts and ends with zero velocity and acceleration.
+
+    Args:
+        t: [s].
+        motion: of `JointMotion.parameters`.
+        state_desired: written.
     """
-    x = min(max((t - start) / duration, 0.0), 1.0)
-    move = x * x * x * (10.0 + x * (6.0 * x - 15.0))
-    move_rate = 30.0 * x * x * (1.0 - x) * (1.0 - x) / duration
+    m = motion_of(motion)
+    q, v = state_desired[:6], state_desired[6:]
+    x = min(max((t - m.start) / m.move_duration, 0.0), 1.0)
+    move = minimum_jerk(x)
+    move_rate = minimum_jerk_rate(x) / m.move_duration
     for i in range(6):
-        angle = frequency[i] * t
-        state[i] = base[i] + amplitude[i] * np.sin(angle) + displacement[i] * move
-        state[6 + i] = amplitude[i] * frequency[i] * np.cos(angle) + displacement[i] * move_rate
+        angle = m.frequency[i] * t
+        q[i] = m.base[i] + m.amplitude[i] * np.sin(angle) + m.displacement[i] * move
+        v[i] = m.amplitude[i] * m.frequency[i] * np.cos(angle) + m.displacement[i] * move_rate
+
+
+def desired_pose(t: float, motion: Array, X_WE_desired: Array) -> None:
+    """Write the tool pose (7,) of the reference at time t."""
+    state = np.empty(12)
+    joint_reference(t, motion, state)
+    X_WE_desired[:] = pose_vector(state[:6])
 
 
 @dataclass
 class JointMotion:
-    """A motion of the joints around a base posture, in [m] and [rad]."""
+    """A motion of the joints around a base posture: a sine on each, and a minimum-jerk move.
 
-    base: list[float] = field(default_factory=lambda: joints.HOME.tolist())
-    amplitude: list[float] = field(default_factory=lambda: [0.0] * 6)
-    frequency: list[float] = field(default_factory=lambda: [0.0] * 6)  # [rad/s]
-    displacement: list[float] = field(default_factory=lambda: [0.0] * 6)
-    start: float = 1.0  # [s]
-    move_duration: float = 4.0  # [s]
+    Attributes:
+        base: posture without the sines, before the move.
+        amplitude: of the sines.
+        frequency: of the sines.
+        displacement: by the move.
+        start: of the move.
+        move_duration: of the move.
+    """
 
-    def validate(self, name: str) -> None:
+    base: list[float] = vector(joints.HOME.tolist(), "m | rad", size=None)
+    amplitude: list[float] = vector(_NONE, "m | rad")
+    frequency: list[float] = vector(_NONE, "rad/s")
+    displacement: list[float] = vector(_NONE, "m | rad")
+    start: float = number(1.0, "s", 0.0)
+    move_duration: float = number(4.0, "s", 1e-3)
+
+    def check_together(self, name: str) -> None:
         """Check that the whole motion stays within the joint ranges.
 
         Raises:
-            ValueError: an entry is not finite, or a joint would leave its range.
+            ValueError: a joint would leave its range.
         """
-        for vector in ("amplitude", "frequency", "displacement"):
-            checks.vector(f"{name}.{vector}", getattr(self, vector), 6)
-        checks.number(f"{name}.start", self.start, 0.0)
-        checks.number(f"{name}.move_duration", self.move_duration, 1e-3)
         base = joints.check_configuration(f"{name}.base", self.base)
         sweep = np.abs(self.amplitude)
         moves = np.array([[0.0] * 6, self.displacement])
@@ -75,36 +103,34 @@ class JointMotion:
     def start_state(self) -> Array:
         """Return (q, v) (12,) at t = 0."""
         state = np.empty(12)
-        joint_reference(0.0, *self.parameters(), state)
+        joint_reference(0.0, self.parameters(), state)
         return state
 
-    def parameters(self) -> tuple[Array, Array, Array, Array, float, float]:
-        """Return the arguments of `joint_reference` between the time and the result."""
-        arrays = (self.base, self.amplitude, self.frequency, self.displacement)
-        base, amplitude, frequency, displacement = (np.array(a, dtype=np.float64) for a in arrays)
-        return base, amplitude, frequency, displacement, self.start, self.move_duration
+    def parameters(self) -> Array:
+        """Return the fields as `motion_of` reads them."""
+        return MOTION.pack(**vars(self))
 
 
-class JointMotionSource(LeafSystem):
+class JointMotionSource(Block):
     """Plays a `JointMotion`.
 
-    Output ports, functions of time:
-        state_desired (12): q, v [m, rad, m/s, rad/s]
-        X_WE_desired (7): tool pose of that q: p_WE [m], quaternion w x y z
+    Ports, functions of time:
+        output state_desired (12): q, v [m, rad, m/s, rad/s].
+        output X_WE_desired (7): tool pose of that q: p_WE [m], quaternion w, x, y, z.
+
+    No update, and no memory.
+
+    Args:
+        motion: checked.
     """
 
-    def __init__(self, motion: JointMotion):
-        super().__init__()
-        self._parameters = motion.parameters()
-        self.DeclareVectorOutputPort(
-            "state_desired", 12, self._state, prerequisites_of_calc={self.time_ticket()}
+    def __init__(self, motion: JointMotion) -> None:
+        super().__init__(
+            Declaration(
+                outputs={
+                    "state_desired": Output(12, joint_reference),
+                    "X_WE_desired": Output(7, desired_pose),
+                },
+                parameters={"motion": motion.parameters()},
+            )
         )
-        self.DeclareVectorOutputPort(
-            "X_WE_desired", 7, self._pose, prerequisites_of_calc={self.time_ticket()}
-        )
-
-    def _pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(pose_vector(self.get_output_port(0).Eval(context)[:6]))
-
-    def _state(self, context: Context, output: BasicVector) -> None:
-        joint_reference(context.get_time(), *self._parameters, output.get_mutable_value())

@@ -7,11 +7,11 @@ from typing import TypeAlias
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake.common import checks
+from scara_drake.common.block import Block, Declaration, Memory
+from scara_drake.common.fields import choice, number
 from scara_drake.common.resources import resource
-from scara_drake.common.state import declare_state
 from scara_drake.operator.devices import Device, PygameDevice, find_device
 from scara_drake.operator.mapping import JoystickMapping, initial_command
 from scara_drake.operator.trace import load_trace
@@ -27,30 +27,32 @@ CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in th
 class Joystick:
     """A joystick operator.
 
-    device: "trace" plays a recorded CSV file, "joystick" reads a live device, and "auto" reads a
-    live device if one is plugged in, and plays the trace otherwise.
+    Attributes:
+        device: "trace" plays a recorded CSV file, "joystick" reads a live device, and "auto" reads
+            a live device if one is plugged in, and plays the trace otherwise.
+        index: of the live device, where there are several.
+        trace: the CSV file, or the name of a shipped one.
+        sample_period: of the stick.
+        mapping: from the stick to the tool.
     """
 
-    device: str = "trace"
-    index: int = 0
+    device: str = choice("trace", DEVICES)
+    index: int = number(0, "1", 0, 31)
     trace: str = "operator_trace.csv"
-    sample_period: float = 0.01  # [s]
+    sample_period: float = number(0.01, "s", 1e-3, 0.1)
     mapping: JoystickMapping = field(default_factory=JoystickMapping)
 
-    def validate(self, name: str) -> None:
-        """Check the fields, and the trace file where it is to be played.
+    def check_together(self, name: str) -> None:
+        """Check the trace file where it is to be played.
 
         Raises:
-            ValueError: one line that names the field, its value and what is allowed.
+            ValueError: there is none, or something in it is wrong; names the line and the column.
         """
-        checks.choice(f"{name}.device", self.device, DEVICES)
-        checks.number(f"{name}.index", self.index, 0, 31)
-        checks.number(f"{name}.sample_period", self.sample_period, 1e-3, 0.1)
-        self.mapping.validate(f"{name}.mapping")
         if self.device != "joystick":
-            if not self.trace_path().is_file():
+            path = self.trace_path()
+            if not path.is_file():
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
-            load_trace(self.trace_path())
+            load_trace(path)
 
     def first_command(self) -> NDArray[np.float64]:
         """Return the tool command (8,) of the centred stick, see `initial_command`."""
@@ -96,13 +98,13 @@ def hold_sample(sample: Array, axes: Array) -> None:
 
 
 @njit(cache=True)
-def play_trace(times: Array, rows: Array, now: float, axes: Array) -> None:
-    """Hold the last row (5,) of a trace that is not later than `now` [s], or its first row."""
-    row = int(np.searchsorted(times, now + CLOCK_TOLERANCE, side="right")) - 1
-    hold_sample(rows[max(row, 0)], axes)
+def play_trace(t: float, times: Array, rows: Array, joystick_axes: Array) -> None:
+    """Hold the last row (5,) of a trace that is not later than `t` [s], or its first row."""
+    row = int(np.searchsorted(times, t + CLOCK_TOLERANCE, side="right")) - 1
+    hold_sample(rows[max(row, 0)], joystick_axes)
 
 
-class JoystickSource(LeafSystem):
+class JoystickSource(Block):
     """Samples a joystick every `period` [s]; between samples it holds.
 
     Ports:
@@ -126,32 +128,51 @@ class JoystickSource(LeafSystem):
     """
 
     def __init__(self, source: Device | Trace, period: float = 0.01) -> None:
-        super().__init__()
         checks.number("period", period, 1e-4, 1.0)
-        self._device: Device | None = None
-        initial = np.zeros(5)
         if isinstance(source, tuple):
-            self._times, self._axes = _check_trace(*source)
-            hold_sample(self._axes[0], initial)
+            declaration = _played(*_check_trace(*source), period)
         else:
-            self._device = source
-        self._held = declare_state(self, initial, "joystick_axes")
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
+            declaration = Declaration(
+                memory={"joystick_axes": Memory(5, port=True)},
+                period=period,
+                update=LiveStick(source).sample,
+            )
+        super().__init__(declaration)
+        self._device: Device | None = None if isinstance(source, tuple) else source
 
     def close(self) -> None:
         """Let go of the device, if there is one: its motors stop. Call it after the last run."""
         if self._device is not None:
             self._device.close()
 
-    def _sample(self, context: Context, discrete: DiscreteValues) -> None:
-        axes = discrete.get_mutable_value(self._held)
-        if self._device is not None:
-            sample = np.asarray(self._device.read(), dtype=np.float64)
-            if sample.shape != (5,):
-                raise ValueError(f"{self._device.name}: axes {sample.shape}, allowed (5,)")
-            hold_sample(sample, axes)
-        else:
-            play_trace(self._times, self._axes, context.get_time(), axes)
+
+@dataclass(frozen=True)
+class LiveStick:
+    """A device as a kernel, which cannot be compiled."""
+
+    device: Device
+
+    def sample(self, joystick_axes: Array) -> None:
+        """Hold what the device reads now.
+
+        Raises:
+            ValueError: it does not give five axes.
+        """
+        sample = np.asarray(self.device.read(), dtype=np.float64)
+        if sample.shape != (5,):
+            raise ValueError(f"{self.device.name}: axes {sample.shape}, allowed (5,)")
+        hold_sample(sample, joystick_axes)
+
+
+def _played(times: Array, rows: Array, period: float) -> Declaration:
+    initial = np.zeros(5)
+    hold_sample(rows[0], initial)
+    return Declaration(
+        memory={"joystick_axes": Memory(initial, port=True)},
+        parameters={"times": times, "rows": rows},
+        period=period,
+        update=play_trace,
+    )
 
 
 def _check_trace(times: ArrayLike, axes: ArrayLike) -> tuple[Array, Array]:

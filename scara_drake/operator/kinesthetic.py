@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from scara_drake.common import checks
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Memory
+from scara_drake.common.fields import ABOVE_ZERO, check, number
 
 Array = NDArray[np.float64]
 
@@ -19,45 +18,37 @@ class KinestheticMapping:
 
     Attributes:
         scale: force at the hand over force at the tool.
-        limit: largest magnitude [N].
-        slew: fastest change [N/s].
+        limit: largest magnitude.
+        slew: fastest change.
     """
 
-    scale: float = 0.02
-    limit: float = 3.3  # [N]
-    slew: float = 500.0  # [N/s]
-
-    def validate(self, name: str) -> None:
-        """Check the fields.
-
-        Raises:
-            ValueError: a number out of its range.
-        """
-        checks.number(f"{name}.scale", self.scale, 0.0, 1e3)
-        checks.number(f"{name}.limit", self.limit, checks.ABOVE_ZERO, 1e4)
-        checks.number(f"{name}.slew", self.slew, checks.ABOVE_ZERO, 1e7)
+    scale: float = number(0.02, "1", 0.0, 1e3)
+    limit: float = number(3.3, "N", ABOVE_ZERO, 1e4)
+    slew: float = number(500.0, "N/s", ABOVE_ZERO, 1e7)
 
 
 @njit(cache=True)
-def step_kinesthetic(force: Array, scale: float, limit: float, step: float, felt: Array) -> None:
-    """Move the force felt (3,) [N] towards scale force, by at most `step` [N] along a line.
+def step_kinesthetic(
+    f_haptic: Array, scale: float, limit: float, step: float, f_kinesthetic: Array
+) -> None:
+    """Move the force felt (3,) [N] towards scale f_haptic, by at most `step` [N] along a line.
 
     The target is cut to `limit` [N] in its own direction; one that is not finite counts as none.
     """
-    target = scale * force
+    target = scale * f_haptic
     size = np.sqrt((target * target).sum())
     if not np.isfinite(size):
         target = np.zeros(3)
     elif size > limit:
         target *= limit / size
-    change = target - felt
+    change = target - f_kinesthetic
     size = np.sqrt((change * change).sum())
     if size > step:
         change *= step / size
-    felt += change
+    f_kinesthetic += change
 
 
-class KinestheticOutput(LeafSystem):
+class KinestheticOutput(Block):
     """The force that a kinesthetic device should put on the hand.
 
     Ports:
@@ -75,14 +66,18 @@ class KinestheticOutput(LeafSystem):
         ValueError: a field of the mapping is out of its bounds.
     """
 
-    def __init__(self, mapping: KinestheticMapping, period: float = 1e-3):
-        super().__init__()
-        mapping.validate("mapping")
-        self._constants = (mapping.scale, mapping.limit, mapping.slew * period)
-        self._force = self.DeclareVectorInputPort("f_haptic", 3)
-        self._felt = declare_state(self, 3, "f_kinesthetic")
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._step)
-
-    def _step(self, context: Context, discrete: DiscreteValues) -> None:
-        felt = discrete.get_mutable_value(self._felt)
-        step_kinesthetic(self._force.Eval(context), *self._constants, felt)
+    def __init__(self, mapping: KinestheticMapping, period: float = 1e-3) -> None:
+        check(mapping, "mapping")
+        super().__init__(
+            Declaration(
+                inputs={"f_haptic": Input(3)},
+                memory={"f_kinesthetic": Memory(3, port=True)},
+                parameters={
+                    "scale": float(mapping.scale),
+                    "limit": float(mapping.limit),
+                    "step": mapping.slew * period,
+                },
+                period=period,
+                update=step_kinesthetic,
+            )
+        )

@@ -1,18 +1,20 @@
 """From joystick axes to the commanded pose of the tool and the height of the mast."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.math import RotationMatrix
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from scara_drake import joints
 from scara_drake.common import checks
-from scara_drake.common.state import declare_state
-from scara_drake.kinematics import REACH, rotation_from_intrinsic_xyz
+from scara_drake.common.block import Block, Declaration, Input, Memory
+from scara_drake.common.fields import check, number, vector
+from scara_drake.common.layout import Layout
+from scara_drake.kinematics import REACH
+from scara_drake.vectors import held_command, tool_command_of
 
 Array = NDArray[np.float64]
 
@@ -26,41 +28,77 @@ class JoystickMapping:
     The position is relative to the arm's base, frame 1, which rides on the mast: moving the mast
     carries the tool along. The stick's directions are the world's, so forward (SDL's -y) moves the
     tool towards -y, where the wall stands. The orientation is held (section VII of the paper).
+
+    Attributes:
+        centre: tool point at the centred stick, relative to the arm's base, in W's axes.
+        rpy: held orientation of the tool, Rx(roll) Ry(pitch) Rz(yaw); the default points to -y.
+        scale: tool travel at full stick; the paper's is 500 mm.
+        dead_zone: of the stick's travel.
+        mast_height: at the start.
+        mast_rate: speed of the mast at full stick or hat.
+        max_speed: of the commanded tool point relative to the arm's base.
+        smoothing: time constant; takes off the steps of a stick with few bits.
     """
 
-    centre: list[float] = field(default_factory=lambda: [0.80, -0.76, 0.0])
-    """Tool point at the centred stick, relative to the arm's base, in W's axes [m]."""
-    rpy: list[float] = field(default_factory=lambda: [math.pi / 2, 0.0, 0.0])
-    """Held orientation of the tool, Rx(roll) Ry(pitch) Rz(yaw) [rad]; the default points to -y."""
-    scale: float = 0.5  # [m] of tool travel at full stick, the paper's 500 mm
-    dead_zone: float = 0.05  # of the stick's travel
-    mast_height: float = 3.0  # [m], at the start
-    mast_rate: float = 0.2  # [m/s] at full stick or hat
-    max_speed: float = 0.5  # [m/s] of the commanded tool point relative to the arm's base
-    smoothing: float = 0.05  # [s], time constant: takes off the steps of a stick with few bits
+    centre: list[float] = vector([0.80, -0.76, 0.0], "m", -REACH, REACH)
+    rpy: list[float] = vector([math.pi / 2, 0.0, 0.0], "rad", -2 * math.pi, 2 * math.pi)
+    scale: float = number(0.5, "m", 0.0, REACH)
+    dead_zone: float = number(0.05, "1", 0.0, 0.9)
+    mast_height: float = number(3.0, "m", MAST_LOW, MAST_HIGH)
+    mast_rate: float = number(0.2, "m/s", 0.0, float(joints.MAX_SPEED[0]))
+    max_speed: float = number(0.5, "m/s", 1e-3, 5.0)
+    smoothing: float = number(0.05, "s", 0.0, 2.0)
 
-    def validate(self, name: str) -> None:
-        """Check the fields.
+    def parameters(self, period: float) -> Array:
+        """Return the mapping over a period [s] as `stick_motion_of` reads it."""
+        share = -math.expm1(-period / self.smoothing) if self.smoothing > 0.0 else 1.0
+        return STICK_MOTION.pack(
+            centre=self.centre,
+            scale=self.scale,
+            dead_zone=self.dead_zone,
+            share=share,
+            max_step=self.max_speed * period,
+            mast_step=self.mast_rate * period,
+        )
 
-        Raises:
-            ValueError: one line that names the field, its value and what is allowed.
-        """
-        checks.vector(f"{name}.centre", self.centre, 3, -REACH, REACH)
-        checks.vector(f"{name}.rpy", self.rpy, 3, -2 * math.pi, 2 * math.pi)
-        checks.number(f"{name}.scale", self.scale, 0.0, REACH)
-        checks.number(f"{name}.dead_zone", self.dead_zone, 0.0, 0.9)
-        checks.number(f"{name}.mast_height", self.mast_height, MAST_LOW, MAST_HIGH)
-        checks.number(f"{name}.mast_rate", self.mast_rate, 0.0, float(joints.MAX_SPEED[0]))
-        checks.number(f"{name}.max_speed", self.max_speed, 1e-3, 5.0)
-        checks.number(f"{name}.smoothing", self.smoothing, 0.0, 2.0)
+
+class StickMotion(NamedTuple):
+    """What a tick of the mapping does.
+
+    Attributes:
+        centre: (3,) [m], relative to the arm's base.
+        scale: [m] at full stick.
+        dead_zone: of the stick's travel.
+        share: of the way to the target that is gone in a tick, 0 to 1.
+        max_step: [m] that the point relative to the arm's base may move in a tick.
+        mast_step: [m] that the mast moves in a tick at full stick.
+    """
+
+    centre: Array
+    scale: float
+    dead_zone: float
+    share: float
+    max_step: float
+    mast_step: float
+
+
+class Stick(NamedTuple):
+    """The axes of a joystick, each in [-1, 1]; `position` is x, y, z."""
+
+    position: Array
+    mast_axis: float
+    mast_hat: float
+
+
+STICK_MOTION = Layout(StickMotion, centre=3)
+STICK = Layout(Stick, position=3)
+stick_motion_of = STICK_MOTION.reader()
+stick_of = STICK.reader()
 
 
 def initial_command(mapping: JoystickMapping) -> Array:
     """Tool command (8,) of the centred stick: p_WE [m], quaternion w, x, y, z, mast height [m]."""
-    rotation = RotationMatrix(rotation_from_intrinsic_xyz(mapping.rpy))
-    x, y, z = mapping.centre
-    height = mapping.mast_height
-    return np.array([x, y, z + height, *rotation.ToQuaternion().wxyz(), height])
+    return held_command(mapping.centre, mapping.rpy, mapping.mast_height)
 
 
 @njit(cache=True)
@@ -73,47 +111,40 @@ def remove_dead_zone(axis: float, zone: float) -> float:
 
 
 @njit(cache=True)
-def move_command(
-    axes: Array,
-    centre: Array,
-    scale: float,
-    dead_zone: float,
-    share: float,
-    max_step: float,
-    mast_step: float,
-    command: Array,
-) -> None:
-    """Move a tool command (8,) by one tick, in place; axes (5,) that are not finite move nothing.
+def move_command(joystick_axes: Array, mapping: Array, tool_command: Array) -> None:
+    """Move a tool command (8,) by one tick, in place; axes that are not finite move nothing.
 
     Args:
-        axes: x, y, z, mast_axis, mast_hat in [-1, 1].
-        centre: (3,) [m], relative to the arm's base.
-        scale: [m] at full stick.
-        dead_zone: of the stick's travel.
-        share: of the way to the target that is gone in this tick, 0 to 1.
-        max_step: [m] that the point relative to the arm's base may move in this tick.
-        mast_step: [m] that the mast moves in this tick at full stick.
-        command: p_WE, quaternion, mast height.
+        joystick_axes: (5,), see `Stick`.
+        mapping: of `JoystickMapping.parameters`.
+        tool_command: see `vectors.ToolCommand`.
     """
-    if not np.isfinite(axes).all():
+    if not np.isfinite(joystick_axes).all():
         return
-    height = command[7]
-    dx = centre[0] + scale * remove_dead_zone(axes[0], dead_zone) - command[0]
-    dy = centre[1] + scale * remove_dead_zone(axes[1], dead_zone) - command[1]
-    dz = centre[2] + scale * remove_dead_zone(axes[2], dead_zone) - (command[2] - height)
+    stick, g, command = (
+        stick_of(joystick_axes),
+        stick_motion_of(mapping),
+        tool_command_of(tool_command),
+    )
+    x, y, z = stick.position
+    p_WE, height = command.p_WE, command.mast_height[()]
+    dx = g.centre[0] + g.scale * remove_dead_zone(x, g.dead_zone) - p_WE[0]
+    dy = g.centre[1] + g.scale * remove_dead_zone(y, g.dead_zone) - p_WE[1]
+    dz = g.centre[2] + g.scale * remove_dead_zone(z, g.dead_zone) - (p_WE[2] - height)
     distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if share * distance > max_step:
-        share = max_step / distance
-    mast = remove_dead_zone(axes[3], dead_zone) + axes[4]
-    new_height = height + mast_step * min(max(mast, -1.0), 1.0)
+    share = g.share
+    if share * distance > g.max_step:
+        share = g.max_step / distance
+    mast = remove_dead_zone(stick.mast_axis, g.dead_zone) + stick.mast_hat
+    new_height = height + g.mast_step * min(max(mast, -1.0), 1.0)
     new_height = min(max(new_height, MAST_LOW), MAST_HIGH)
-    command[0] += share * dx
-    command[1] += share * dy
-    command[2] += share * dz + (new_height - height)
-    command[7] = new_height
+    p_WE[0] += share * dx
+    p_WE[1] += share * dy
+    p_WE[2] += share * dz + (new_height - height)
+    command.mast_height[()] = new_height
 
 
-class JoystickToPose(LeafSystem):
+class JoystickToPose(Block):
     """Turns joystick axes into the commanded pose of the tool (section VII of the paper).
 
     Ports:
@@ -138,22 +169,14 @@ class JoystickToPose(LeafSystem):
     """
 
     def __init__(self, mapping: JoystickMapping, period: float = 1e-3) -> None:
-        super().__init__()
-        mapping.validate("mapping")
+        check(mapping, "mapping")
         checks.number("period", period, 1e-4, 0.1)
-        self._arguments = (
-            np.array(mapping.centre, dtype=np.float64),
-            float(mapping.scale),
-            float(mapping.dead_zone),
-            -math.expm1(-period / mapping.smoothing) if mapping.smoothing > 0.0 else 1.0,
-            mapping.max_speed * period,
-            mapping.mast_rate * period,
-        )
-        self._axes = self.DeclareVectorInputPort("joystick_axes", 5)
-        self._command = declare_state(self, initial_command(mapping), "tool_command")
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._move)
-
-    def _move(self, context: Context, discrete: DiscreteValues) -> None:
-        move_command(
-            self._axes.Eval(context), *self._arguments, discrete.get_mutable_value(self._command)
+        super().__init__(
+            Declaration(
+                inputs={"joystick_axes": Input(5)},
+                memory={"tool_command": Memory(initial_command(mapping), port=True)},
+                parameters={"mapping": mapping.parameters(period)},
+                period=period,
+                update=move_command,
+            )
         )

@@ -1,8 +1,8 @@
 """Generates the shipped joystick trace: 30 s of an operator who moves about and presses on a wall.
 
-Reaches are minimum-jerk (Flash and Hogan, 1985): 10 s^3 - 15 s^4 + 6 s^5 between rests. On top come
-physiological tremor of 8 to 10 Hz, and what a cheap gamepad adds: 8 bits, and spikes of one to
-three samples, as the paper saw them. Run ``python -m scara_drake.operator.shipped_trace OUT.csv``.
+Reaches are minimum-jerk (Flash and Hogan, 1985) between rests. On top come physiological tremor of
+8 to 10 Hz, and what a cheap gamepad adds: 8 bits, and spikes of one to three samples, as the paper
+saw them. Run ``python -m scara_drake.operator.shipped_trace OUT.csv``.
 """
 
 import argparse
@@ -13,7 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scara_drake.common.fields import ABOVE_ZERO, check, number
 from scara_drake.common.files import write_whole
+from scara_drake.common.motion import minimum_jerk
 from scara_drake.operator.mapping import JoystickMapping
 from scara_drake.operator.trace import COLUMNS
 
@@ -42,23 +44,40 @@ FREE_MOTION: list[Waypoint] = [
 
 @dataclass
 class OperatorProfile:
-    """What the operator does; the lengths are turned into stick positions by `mapping`."""
+    """What the operator does; the lengths are turned into stick positions by `mapping`.
+
+    Attributes:
+        mapping: of the stick, which is inverted.
+        wall_y: commanded y of the tool at first touch.
+        tap_depth: of the first press, beyond the wall.
+        hold_depth: of the second and sustained press, beyond the wall.
+        clearance: from the wall before and between the presses.
+        free_motion: before the presses.
+        hat_up: from and until when the hat is up [s].
+        tremor: of the stick's travel, bound on the sum of its waves.
+        tremor_band: lowest and highest frequency [Hz].
+        spikes: that a cheap gamepad adds.
+        levels: of half the stick's travel: 8 bits with the sign.
+        duration: of the trace.
+        rate: of the samples.
+        seed: of the tremor.
+    """
 
     mapping: JoystickMapping = field(default_factory=JoystickMapping)
-    wall_y: float = -1.05  # [m], commanded y of the tool at first touch
-    tap_depth: float = 0.015  # [m] beyond the wall, the first press
-    hold_depth: float = 0.018  # [m] beyond the wall, the second and sustained press
-    clearance: float = 0.03  # [m] from the wall before and between the presses
+    wall_y: float = number(-1.05, "m")
+    tap_depth: float = number(0.015, "m")
+    hold_depth: float = number(0.018, "m")
+    clearance: float = number(0.03, "m")
     free_motion: list[Waypoint] = field(default_factory=lambda: list(FREE_MOTION))
-    hat_up: tuple[float, float] = (13.0, 14.5)  # [s], from and until
-    tremor: float = 0.008  # of the stick's travel, bound on the sum of its waves
-    tremor_band: tuple[float, float] = (8.0, 10.0)  # [Hz]
+    hat_up: tuple[float, float] = (13.0, 14.5)
+    tremor: float = number(0.008, "1", 0.0, 1.0)
+    tremor_band: tuple[float, float] = (8.0, 10.0)
     spikes: list[Spike] = field(
         default_factory=lambda: [(3.8, 0, 1, -0.9), (7.1, 2, 2, 0.8), (11.5, 1, 3, 0.85)]
     )
-    levels: int = 127  # of half the stick's travel: 8 bits with the sign
-    duration: float = 30.0  # [s]
-    rate: float = 100.0  # [Hz]
+    levels: int = 127
+    duration: float = number(30.0, "s", ABOVE_ZERO)
+    rate: float = number(100.0, "Hz", ABOVE_ZERO)
     seed: int = 20
 
     def waypoints(self) -> list[Waypoint]:
@@ -90,8 +109,13 @@ def stick_for(offset: float, mapping: JoystickMapping) -> float:
 
 
 def operator_trace(profile: OperatorProfile | None = None) -> tuple[Array, Array]:
-    """Return times (n,) [s] and axes (n, 5) of the operator; the same profile, the same bits."""
+    """Return times (n,) [s] and axes (n, 5) of the operator; the same profile, the same bits.
+
+    Raises:
+        ValueError: a field of the profile is out of its bounds.
+    """
     p = profile or OperatorProfile()
+    check(p, "profile")
     generator = np.random.default_rng(p.seed)
     times = np.arange(round(p.duration * p.rate)) / p.rate
     axes = np.zeros((times.size, 5))
@@ -111,7 +135,7 @@ def _reaches(times: Array, p: OperatorProfile) -> Array:
     sticks = np.array([[stick_for(x, p.mapping) for x in waypoint[1:]] for waypoint in waypoints])
     leg = np.clip(np.searchsorted(marks, times, side="right") - 1, 0, marks.size - 2)
     s = ((times - marks[leg]) / (marks[leg + 1] - marks[leg]))[:, np.newaxis]
-    return sticks[leg] + (sticks[leg + 1] - sticks[leg]) * s**3 * (10 - 15 * s + 6 * s**2)
+    return sticks[leg] + (sticks[leg + 1] - sticks[leg]) * minimum_jerk(s)
 
 
 def _tremor(times: Array, p: OperatorProfile, generator: np.random.Generator) -> Array:

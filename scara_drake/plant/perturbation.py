@@ -1,37 +1,21 @@
 """Perturbations that act on the joints beside the drives."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from scara_drake import robot
 from scara_drake.common import checks
+from scara_drake.common.block import Block, Declaration, Output
+from scara_drake.common.fields import number, vector
+from scara_drake.common.layout import Layout
 
 Array = NDArray[np.float64]
 
-# Rows of the parameters (5, 6).
-OFFSET, AMPLITUDE, FREQUENCY, PHASE, M_HAT = range(5)
-
-
-@njit(cache=True)
-def perturbation_force(t: float, start: float, stop: float, parameters: Array, tau: Array) -> None:
-    """Write m_hat (offset + amplitude sin(frequency t + phase)) (6,); zero outside [start, stop).
-
-    Args:
-        t: [s].
-        start: [s].
-        stop: [s].
-        parameters: (5, 6), rows offset, amplitude, frequency, phase, m_hat.
-        tau: generalized force [N, N m], written.
-    """
-    active = start <= t < stop
-    for i in range(6):
-        angle = parameters[FREQUENCY, i] * t + parameters[PHASE, i]
-        u = parameters[OFFSET, i] + parameters[AMPLITUDE, i] * np.sin(angle)
-        tau[i] = parameters[M_HAT, i] * u if active else 0.0
+LONGEST = 86400.0  # [s], a run
 
 
 @dataclass
@@ -42,67 +26,88 @@ class JointPerturbation:
     nominal inertia m_hat times it. The sine runs on the simulation's time, not from `start`.
 
     Attributes:
-        offset: [m/s², rad/s²].
-        amplitude: [m/s², rad/s²].
-        frequency: [rad/s].
-        phase: [rad].
-        start: first instant at which it acts [s].
-        stop: from here on it is zero [s].
+        offset: constant part.
+        amplitude: of the sine.
+        frequency: of the sine.
+        phase: of the sine.
+        start: first instant at which it acts.
+        stop: from here on it is zero.
     """
 
-    offset: list[float] = field(default_factory=lambda: [0.0] * 6)
-    amplitude: list[float] = field(default_factory=lambda: [0.0] * 6)
-    frequency: list[float] = field(default_factory=lambda: [1.0] * 6)
-    phase: list[float] = field(default_factory=lambda: [0.0] * 6)
-    start: float = 0.0  # [s]
-    stop: float = 86400.0  # [s], the longest run
+    offset: list[float] = vector([0.0] * 6, "m/s² | rad/s²", -1e4, 1e4)
+    amplitude: list[float] = vector([0.0] * 6, "m/s² | rad/s²", -1e4, 1e4)
+    frequency: list[float] = vector([1.0] * 6, "rad/s", 0.0, 1e4)
+    phase: list[float] = vector([0.0] * 6, "rad", -2.0 * np.pi, 2.0 * np.pi)
+    start: float = number(0.0, "s", 0.0, LONGEST)
+    stop: float = number(LONGEST, "s", 0.0, LONGEST)
 
-    def validate(self, name: str) -> None:
-        """Check the fields; `name` is the path in the scenario.
+    def check_together(self, name: str) -> None:
+        """Check that it does not stop before it starts.
 
         Raises:
-            ValueError: a number out of its range, or a stop before the start.
+            ValueError: it does.
         """
-        checks.vector(f"{name}.offset", self.offset, 6, -1e4, 1e4)
-        checks.vector(f"{name}.amplitude", self.amplitude, 6, -1e4, 1e4)
-        checks.vector(f"{name}.frequency", self.frequency, 6, 0.0, 1e4)
-        checks.vector(f"{name}.phase", self.phase, 6, -2.0 * np.pi, 2.0 * np.pi)
-        checks.number(f"{name}.start", self.start, 0.0, 86400.0)
-        checks.number(f"{name}.stop", self.stop, self.start, 86400.0)
+        checks.number(f"{name}.stop", self.stop, self.start, LONGEST)
 
-    def array(self) -> Array:
-        """Return the parameters (5, 6) of `perturbation_force`."""
-        rows = [self.offset, self.amplitude, self.frequency, self.phase, robot.nominal_inertias()]
-        return np.array(rows, dtype=np.float64)
+    def parameters(self) -> Array:
+        """Return the perturbation as `perturbation_of` reads it."""
+        return PERTURBATION.pack(**asdict(self), m_hat=robot.nominal_inertias())
 
     def make_system(self) -> "JointPerturbationSource":
         """Return a source of its force on the joints."""
         return JointPerturbationSource(self)
 
 
-class JointPerturbationSource(LeafSystem):
+class Perturbation(NamedTuple):
+    """`JointPerturbation` in a kernel; m_hat is the nominal inertia (6,) [kg, kg m²]."""
+
+    offset: Array
+    amplitude: Array
+    frequency: Array
+    phase: Array
+    start: float
+    stop: float
+    m_hat: Array
+
+
+PERTURBATION = Layout(Perturbation, offset=6, amplitude=6, frequency=6, phase=6, m_hat=6)
+perturbation_of = PERTURBATION.reader()
+
+
+@njit(cache=True)
+def perturb(t: float, perturbation: Array, perturbation_force: Array) -> None:
+    """Write m_hat (offset + amplitude sin(frequency t + phase)) (6,); zero outside [start, stop).
+
+    Args:
+        t: [s].
+        perturbation: of `JointPerturbation.parameters`.
+        perturbation_force: generalized force on the joints [N, N m], written.
+    """
+    p = perturbation_of(perturbation)
+    active = p.start <= t < p.stop
+    for i in range(6):
+        angle = p.frequency[i] * t + p.phase[i]
+        u = p.offset[i] + p.amplitude[i] * np.sin(angle)
+        perturbation_force[i] = p.m_hat[i] * u if active else 0.0
+
+
+class JointPerturbationSource(Block):
     """Plays a `JointPerturbation`.
 
-    Output port, a function of time:
-        perturbation_force (6): generalized force on the joints [N, N m], see `perturbation_force`
+    Ports:
+        output perturbation_force (6) [N, N m], a function of time: generalized force on the joints,
+            see `perturb`.
+
+    No update, and no memory.
 
     Args:
         perturbation: checked.
     """
 
-    def __init__(self, perturbation: JointPerturbation):
-        super().__init__()
-        self._parameters = perturbation.array()
-        self._start, self._stop = perturbation.start, perturbation.stop
-        self.DeclareVectorOutputPort(
-            "perturbation_force", 6, self._calc, prerequisites_of_calc={self.time_ticket()}
-        )
-
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        perturbation_force(
-            context.get_time(),
-            self._start,
-            self._stop,
-            self._parameters,
-            output.get_mutable_value(),
+    def __init__(self, perturbation: JointPerturbation) -> None:
+        super().__init__(
+            Declaration(
+                outputs={"perturbation_force": Output(6, perturb)},
+                parameters={"perturbation": perturbation.parameters()},
+            )
         )

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from scara_drake.common import checks
 from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
 from scara_drake.joints import JOINT_NAMES
-from scara_drake.plant.perturbation import perturbation_force
+from scara_drake.plant.perturbation import perturb
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario
 from scara_drake.stability.linear import continuous_plant
@@ -137,8 +137,7 @@ def perturbation(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLik
     for i in range(time.size):
         plant.SetPositionsAndVelocities(context, np.concatenate([q[i], v[i]]))
         if scenario.perturbation is not None:
-            part = scenario.perturbation
-            perturbation_force(time[i], part.start, part.stop, part.array(), act)
+            perturb(time[i], scenario.perturbation.parameters(), act)
         plant.get_actuation_input_port().FixValue(context, tau[i])
         plant.get_applied_generalized_force_input_port().FixValue(context, act)
         acceleration[i] = plant.get_generalized_acceleration_output_port().Eval(context)

@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake import joints, robot
+from scara_drake.common.motion import minimum_jerk, minimum_jerk_rate
 from scara_drake.control.governor import ReferenceGovernor, govern
 from scara_drake.control.integral_sliding_mode import (
     EFFORT,
@@ -206,8 +207,8 @@ def _reference(time: Array) -> Array:
     """Minimum-jerk motions (steps, 12) whose peak acceleration, 10 / sqrt(3) D / T², is DEMAND."""
     duration = np.sqrt(10.0 / np.sqrt(3.0) * DISPLACEMENT / (DEMAND * _drives()))
     x = np.clip(time[:, None] / duration, 0.0, 1.0)
-    q = DISPLACEMENT * x**3 * (10.0 + x * (6.0 * x - 15.0))
-    v = DISPLACEMENT * 30.0 * x**2 * (1.0 - x) ** 2 / duration
+    q = DISPLACEMENT * minimum_jerk(x)
+    v = DISPLACEMENT * minimum_jerk_rate(x) / duration
     return np.hstack([q, v])
 
 

@@ -1,39 +1,20 @@
-"""Joysticks: what a device must offer, and the one that pygame (SDL) reads.
-
-A device is not simulation state: it is read and shaken in events only, from one thread.
-"""
+"""The joystick that pygame (SDL) reads."""
 
 import os
 import sys
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scara_drake.common import checks
+from scara_drake.common.fields import check
 
 Array = NDArray[np.float64]
 
 MAX_INDEX = 63  # of an axis or a hat: more than any joystick has
-
-
-class Device(Protocol):
-    """What `JoystickSource` reads and `HapticOutput` shakes."""
-
-    @property
-    def name(self) -> str:
-        """What the device calls itself."""
-
-    def read(self) -> Array:
-        """Return the axes now, a new array (5,) in the order of STICK_NAMES, each in [-1, 1]."""
-
-    def rumble(self, low: float, high: float, milliseconds: int) -> bool:
-        """Shake the low and high frequency motors (0..1) for a while; False if it cannot."""
-
-    def close(self) -> None:
-        """Stop the motors and let go of the device; a second call does nothing."""
 
 
 @dataclass
@@ -41,15 +22,22 @@ class AxisMap:
     """Which axis of the joystick is which; None or an axis that it has not reads 0.
 
     The defaults fit a flight stick: right, back and twist right are positive, and so is hat up.
+
+    Attributes:
+        x: axis of the stick.
+        y: axis of the stick.
+        z: axis of the stick.
+        mast_axis: axis that moves the mast.
+        mast_hat: a hat, of which the vertical direction moves the mast.
     """
 
     x: int | None = 0
     y: int | None = 1
     z: int | None = 2
     mast_axis: int | None = None
-    mast_hat: int | None = 0  # a hat, of which the vertical direction counts
+    mast_hat: int | None = 0
 
-    def validate(self, name: str) -> None:
+    def check_together(self, name: str) -> None:
         """Check the indices.
 
         Raises:
@@ -125,7 +113,7 @@ class PygameDevice:
 
     def __init__(self, index: int = 0, axes: AxisMap | None = None) -> None:
         self._axes = axes or AxisMap()
-        self._axes.validate("axes")
+        check(self._axes, "axes")
         self._sdl = _sdl()
         self._sdl.poll()
         joysticks = self._sdl.joysticks()
@@ -205,7 +193,7 @@ class PygameDevice:
         self._joystick = None
 
 
-def find_device() -> PygameDevice | None:
+def find_joystick() -> PygameDevice | None:
     """Open the first joystick that is plugged in, or return None."""
     sdl = _sdl()
     sdl.poll()
