@@ -9,6 +9,7 @@ from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load, yaml_load
 
 from scara_drake import joints, robot
 from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.common.fields import check
 from scara_drake.control.process_delay import (
     CONTROL_DELAY_READINGS,
     ProcessDelay,
@@ -34,7 +35,7 @@ def parts(overrides):
 
 def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_positive():
     delay = parts(CONTROL_DELAY_READINGS["A"]).process_delay
-    delay.validate("process_delay")
+    check(delay, "process_delay")
     assert delay.reference is None
     for t in np.linspace(0.0, 7.0, 71):
         ms = 1e3 * np.array([d.at(t) for d in (delay.actuation, delay.measurement)])
@@ -45,7 +46,7 @@ def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_po
 @pytest.mark.parametrize("joint", [None, *joints.JOINT_NAMES])
 def test_reading_b_adds_zeta_and_d_to_u(joint):
     perturbation = parts(perturbation_reading(joint)).perturbation
-    perturbation.validate("perturbation")
+    check(perturbation, "perturbation")
     system = perturbation.make_system()
     context = system.CreateDefaultContext()
     on = np.array([joint in (None, name) for name in joints.JOINT_NAMES])
@@ -88,5 +89,5 @@ def test_delays_read_from_yaml_and_write_back():
 )
 def test_bad_delays_are_named(delay, named):
     with pytest.raises(ValueError, match=named):
-        delay.validate("p")
-    ProcessDelay().validate("p")
+        check(delay, "p")
+    check(ProcessDelay(), "p")
