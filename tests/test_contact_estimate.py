@@ -12,7 +12,7 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from scara_drake import joints, kinematics, load_scenario, robot, simulate
 from scara_drake.control.contact_estimate import (
     ContactForceEstimator,
-    make_model,
+    Model,
     tool_force,
     unexplained_effort,
 )
@@ -23,7 +23,7 @@ M_HAT = robot.nominal_inertias()
 
 @functools.cache
 def plant():
-    return make_model()
+    return Model().plant
 
 
 def posture(rng):

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scara_drake import joints, load_scenario, metrics, simulate
-from scara_drake.control.integral_sliding_mode import IntegralSlidingMode, ismc_law
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS, ismc_law
 from scara_drake.robot import inverse_mass_matrices
 from scara_drake.stability.delay_margin import (
     arm_onset,
@@ -32,10 +33,10 @@ each_table = pytest.mark.parametrize("table", TABLES)
 gain = st.floats(1.0, 100.0)
 
 
-def alone(table, joint, b):
+def alone(table, joint, b, period=TS):
     """M^-1 and the gains of one joint with the plant gain b."""
-    gains = TABLES[table].array()[:, [joint]]
-    return np.array([[b / gains[4, 0]]]), gains
+    gains = TABLES[table].array(period)[:, [joint]]
+    return np.array([[b / GAINS.unpack(gains).m_hat[0]]]), gains
 
 
 def laws(table, joint):
@@ -59,34 +60,35 @@ def test_the_loop_crosses_one_with_the_phase_margin(c, k, rho, phi, b):
 @pytest.mark.parametrize("joint", range(6))
 def test_the_sampled_loop_tends_to_the_formula(table, joint):
     period = 2.5e-4
-    inverse_mass, gains = alone(table, joint, 1.0)
+    inverse_mass, gains = alone(table, joint, 1.0, period)
     expected = float(delay_margin(*laws(table, joint), period=period))
-    assert onset(inverse_mass, gains, period) == pytest.approx(expected, abs=0.15 * period)
+    assert onset(inverse_mass, gains) == pytest.approx(expected, abs=0.15 * period)
 
 
 @each_table
 def test_formula_spectrum_and_simulation_agree(table):
-    gains = TABLES[table].array()
+    gains = TABLES[table].array(TS)
     for ratios in (*mass_ratios(TABLES[table]), np.ones(6)):
         for joint, b in enumerate(ratios):
-            exact = onset(*alone(table, joint, b), TS)
-            assert simulated_onset(b, gains[:, joint], TS) == pytest.approx(exact, abs=2e-5)
+            exact = onset(*alone(table, joint, b))
+            assert simulated_onset(b, gains[:, [joint]]) == pytest.approx(exact, abs=2e-5)
             formula = float(delay_margin(*laws(table, joint), b, TS))
             assert formula == pytest.approx(exact, abs=0.15e-3)
 
 
 def test_figures_of_the_tables():
     # 1 / a is 5 ms and 4 ms for joint 2.
-    onsets = [onset(*alone(table, 1, 1.0), TS) for table in TABLES]
+    onsets = [onset(*alone(table, 1, 1.0)) for table in TABLES]
     assert 4e-3 < onsets[0] < 6e-3
     assert 2e-3 < onsets[1] < 4e-3
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 2.7e-3])
 def test_a_period_of_the_sampled_loop_is_what_a_fine_integration_gives(delay):
-    gains = TABLE_12.array()[:, [1]]
-    inverse_mass, fine = 1.4 / gains[4, 0], 1000
-    step = sampled_loop(np.array([[inverse_mass]]), gains, TS, delay)
+    gains = TABLE_12.array(TS)[:, [1]]
+    g = GAINS.unpack(gains)
+    inverse_mass, fine = 1.4 / g.m_hat[0], 1000
+    step = sampled_loop(np.array([[inverse_mass]]), gains, delay)
     ticks, shift = 12, round(delay / TS * fine)
     q, v, z = 1e-6, 2e-5, np.array([3e-5])
     x = np.zeros(step.shape[0])
@@ -94,12 +96,12 @@ def test_a_period_of_the_sampled_loop_is_what_a_fine_integration_gives(delay):
     efforts = np.zeros(ticks * fine + shift + fine)
     s, tau, limited, saturation = np.empty((4, 1))
     free = gains.copy()
-    free[5:] = np.inf
+    GAINS.unpack(free).effort[:] = GAINS.unpack(free).clamp[:] = np.inf
     h = TS / fine
     for tick in range(ticks):
         np.testing.assert_allclose(x[:3], [q, v, z[0]], rtol=1e-6, atol=1e-12)
-        sigma = np.array([-v - gains[0, 0] * q])
-        ismc_law(sigma, free, TS, np.zeros(1), z, s, tau, limited, saturation)
+        sigma = np.array([-v - g.c[0] * q])
+        ismc_law(sigma, free, np.zeros(1), z, s, tau, limited, saturation)
         start = tick * fine + shift
         efforts[start : start + fine] = limited[0]
         for effort in efforts[tick * fine : (tick + 1) * fine]:
@@ -111,23 +113,25 @@ def test_a_period_of_the_sampled_loop_is_what_a_fine_integration_gives(delay):
 
 def test_without_a_delay_the_paper_s_gains_are_stable_and_ten_times_them_are_not():
     inverse_mass, gains = alone("Table 12", 0, 1.0)
-    assert spectral_radius(inverse_mass, gains, TS, 0.0) < 1.0
-    gains[[1, 2]] *= 10.0
-    assert onset(inverse_mass, gains, TS) == 0.0
-    assert grows(1.0, gains[:, 0], TS, 0.0)
-    assert float(delay_margin(*gains[:4, 0], period=TS)) < 0.0
+    assert spectral_radius(inverse_mass, gains, 0.0) < 1.0
+    g = GAINS.unpack(gains)
+    g.k[:], g.rho[:] = 10.0 * g.k, 10.0 * g.rho
+    assert onset(inverse_mass, gains) == 0.0
+    assert grows(1.0, gains, 0.0)
+    assert float(delay_margin(g.c[0], g.k[0], g.rho[0], g.phi[0], period=TS)) < 0.0
 
 
 def test_a_slow_loop_bears_any_delay_that_is_looked_for():
     inverse_mass, gains = alone("Table 12", 5, 1.0)
-    gains[[0, 1, 2]] = [[0.1], [0.1], [1.0]]
-    assert onset(inverse_mass, gains, TS) == math.inf
+    g = GAINS.unpack(gains)
+    g.c[:], g.k[:], g.rho[:] = 0.1, 0.1, 1.0
+    assert onset(inverse_mass, gains) == math.inf
 
 
 def test_a_joint_that_is_too_heavy_bears_no_delay():
     least = float(least_mass_ratio(*laws("Table 12", 1)))
     inverse_mass, gains = alone("Table 12", 1, 0.9 * least)
-    assert onset(inverse_mass, gains, TS) == 0.0
+    assert onset(inverse_mass, gains) == 0.0
     assert float(delay_margin(*laws("Table 12", 1), 0.9 * least)) < 0.0
     assert float(delay_margin(*laws("Table 12", 1), 1.1 * least)) > 0.0
 
@@ -145,14 +149,14 @@ def test_extremes_of_the_inertia(table):
 def test_coupling_takes_from_the_arm_what_a_joint_alone_would_bear(table):
     arm = arm_onset(TABLES[table], TS, every=40).min()
     ratios = mass_ratios(TABLES[table])[1]
-    least = min(onset(*alone(table, joint, b), TS) for joint, b in enumerate(ratios))
+    least = min(onset(*alone(table, joint, b)) for joint, b in enumerate(ratios))
     assert 0.5 * least < arm < least
 
 
 def test_the_whole_diagram_loses_stability_where_the_arm_does():
     # A process delay of 0 is one tick, of 1 ms two; the mast of Table 12 bears 1.6 ms.
     assert TS < arm_onset(TABLE_12, TS, every=40).min() < 2 * TS
-    gains = TABLE_12.array()
+    gains = TABLE_12.array(TS)
     scenario = load_scenario("joint_sine", {"controller": "!IntegralSlidingMode {}"})
     changes = []
     for ticks in (1, 2):
@@ -167,9 +171,7 @@ def test_the_whole_diagram_loses_stability_where_the_arm_does():
         )
         late = simulate(scenario, duration=1.5).sel(time=slice(1.0, None))
         changes.append(float(metrics.chatter(late.tau_applied).sel(joint="d1")))
-        radius = max(
-            spectral_radius(m, gains, TS, ticks * TS) for m in inverse_mass_matrices()[::40]
-        )
+        radius = max(spectral_radius(m, gains, ticks * TS) for m in inverse_mass_matrices()[::40])
         assert (radius > 1.0) == (ticks == 2)
     assert changes[0] < 1.0 < 0.1 * joints.EFFORT[0] < changes[1]
 

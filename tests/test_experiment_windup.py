@@ -3,7 +3,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.experiments.claim import OURS, REPRODUCED
 from scara_drake.experiments.control import windup
@@ -72,13 +71,8 @@ def test_a_motion_within_the_limits_is_the_same_with_and_without_the_governor(go
     time = windup.PERIOD * np.arange(1500)
     reference = windup._reference(0.5 * time)
     reference[:, 6:] *= 0.5
-    motion = np.empty((time.size, 6))
-    bounds, none = ReferenceGovernor().array(), np.zeros((time.size, 6))
-    gains = windup._gains(True, windup._drives())
-    windup.run_joints(reference, none, gains, bounds, governed, windup.PERIOD, motion)
-    free = np.empty_like(motion)
-    gains = windup._gains(True, np.inf)
-    windup.run_joints(reference, none, gains, bounds, False, windup.PERIOD, free)
+    motion = windup.motion(reference, windup._gains(True, windup._drives()), governed)
+    free = windup.motion(reference, windup._gains(True, np.inf), False)
     np.testing.assert_array_equal(motion, free)
 
 

@@ -9,7 +9,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from scara_drake import robot
-from scara_drake.control.governor import ReferenceGovernor, ReferenceGovernorSystem, govern
+from scara_drake.common.fields import check
+from scara_drake.control.governor import BOUNDS, ReferenceGovernor, ReferenceGovernorSystem, govern
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.joints import EFFORT, MAX_SPEED
@@ -20,7 +21,7 @@ TS = 1e-3
 
 def one_joint(speed=0.8, acceleration=4.0):
     """Bounds of one joint."""
-    return np.array([[speed], [acceleration]])
+    return BOUNDS.pack(speed=speed, acceleration=acceleration)
 
 
 def advance(offset, lost=0.0, bounds=None):
@@ -78,8 +79,10 @@ def test_ports_and_pass_through_to_the_bit():
         {"state_desired_governed": 12, "reference_offset": 12},
     )
     # The output reads the references at once, and the efforts never.
-    assert [system.HasDirectFeedthrough(i, 0) for i in range(3)] == [True, False, False]
-    assert not system.HasDirectFeedthrough(1)
+    governed = system.GetOutputPort("state_desired_governed").get_index()
+    offset = system.GetOutputPort("reference_offset").get_index()
+    assert [system.HasDirectFeedthrough(i, governed) for i in range(3)] == [True, False, False]
+    assert not system.HasDirectFeedthrough(offset)
     context = system.CreateDefaultContext()
     for reference in np.random.default_rng(0).normal(size=(20, 12)):
         system.GetInputPort("state_desired").FixValue(context, reference)
@@ -173,12 +176,12 @@ def test_bad_bounds_are_refused_by_name(field, value):
     governor = ReferenceGovernor()
     getattr(governor, field)[3] = value
     with pytest.raises(ValueError, match=rf"^governor\.{field}\[3\]: "):
-        governor.validate("governor")
+        check(governor, "governor")
 
 
 def test_the_defaults_leave_the_drives_most_of_their_effort():
     governor = ReferenceGovernor()
-    governor.validate("governor")
+    check(governor, "governor")
     assert isinstance(governor.make_system(TS), ReferenceGovernorSystem)
     weight = np.array([9.81, 0.0, 0.0, 0.0, 0.0, 0.0])
     able = EFFORT / robot.nominal_inertias() - weight

@@ -7,12 +7,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 from scara_drake import joints, load_scenario, robot, simulate
+from scara_drake.common.fields import check
 from scara_drake.control.integral_sliding_mode import (
     IntegralSlidingMode,
     IntegralSlidingModeController,
-    ismc_law,
-    sliding_surface,
 )
+from scara_drake.control.ismc_law import GAINS, ismc_law, sliding_surface
 
 TS = 1e-3
 ONES = np.ones(6)
@@ -20,11 +20,12 @@ NO_LIMIT = np.full(6, 1e12)
 NONE = np.zeros(6)
 
 
-def rows(k, rho, phi, m_hat=ONES, effort=NO_LIMIT, clamp=None):
-    """Gains as the law takes them; each is a number or (6,); the clamp is 2 phi if not given."""
-    clamp = 2.0 * np.asarray(phi) if clamp is None else clamp
-    given = (0.0, k, rho, phi, m_hat, effort, clamp)
-    return np.array([np.broadcast_to(row, 6) for row in given], float)
+def rows(k, rho, phi, m_hat=ONES, effort=NO_LIMIT, period=TS):
+    """Gains as the law takes them; each is a number or (6,); the clamp is 2 phi."""
+    return GAINS.pack(
+        c=0.0, k=k, rho=rho, phi=phi, m_hat=m_hat, effort=effort,
+        clamp=2.0 * np.asarray(phi), period=period,
+    )  # fmt: skip
 
 
 def results():
@@ -38,7 +39,7 @@ def run_law(sigmas, z, gains):
     s, tau, limited, saturation = results()
     efforts, surfaces = [], []
     for sigma in sigmas:
-        ismc_law(sigma, gains, TS, NONE, z, s, tau, limited, saturation)
+        ismc_law(sigma, gains, NONE, z, s, tau, limited, saturation)
         efforts.append(limited.copy())
         surfaces.append(s.copy())
     return np.array(efforts), np.array(surfaces), z
@@ -72,9 +73,9 @@ def scalar_plant(disturbance, sigma0, k, rho, phi, duration, h):
     z = sigma.copy()
     s, tau, limited, saturation = results()
     history = np.empty((n, 2))
-    gains = rows(k, rho, phi)
+    gains = rows(k, rho, phi, period=h)
     for i in range(n):
-        ismc_law(sigma, gains, h, NONE, z, s, tau, limited, saturation)
+        ismc_law(sigma, gains, NONE, z, s, tau, limited, saturation)
         history[i] = sigma[0], s[0]
         sigma = sigma + h * (disturbance - limited)
     return h * np.arange(n), history
@@ -118,7 +119,7 @@ def test_windup_clamp_recovers_at_once():
     gains = rows(k, rho, phi)
     largest = 0.0
     for i in range(700):
-        ismc_law(sigma, gains, h, NONE, z, s, tau, limited, saturation)
+        ismc_law(sigma, gains, NONE, z, s, tau, limited, saturation)
         sigma = sigma + h * ((300.0 if i < 500 else 0.0) - limited)
         largest = max(largest, abs(s[0]))
     assert largest < 3.0
@@ -142,7 +143,7 @@ def test_bad_gains_are_refused_by_name(field, value):
     gains = IntegralSlidingMode()
     getattr(gains, field)[2] = value
     with pytest.raises(ValueError, match=rf"^controller\.{field}\[2\]: "):
-        gains.validate("controller")
+        check(gains, "controller")
 
 
 def controller_and_context():
@@ -185,12 +186,12 @@ def test_paper_mode_is_the_raw_law_in_millimetres_and_newtons():
         s_mm = 1e3 * (sigma[0] - z[0])
         newtons = rho * np.clip(s_mm / phi, -1.0, 1.0) + k * 1e3 * sigma[0]
         s, tau, limited, saturation = results()
-        ismc_law(sigma, gains.array(), TS, NONE, z, s, tau, limited, saturation)
+        ismc_law(sigma, gains.array(TS), NONE, z, s, tau, limited, saturation)
         np.testing.assert_allclose(tau[0], newtons, rtol=1e-12)
 
 
 def test_paper_mode_does_not_clamp_the_integral():
-    gains = IntegralSlidingMode(mode=["paper"] + ["normalised"] * 5).array()
+    gains = IntegralSlidingMode(mode=["paper"] + ["normalised"] * 5).array(TS)
     _, surfaces, _ = run_law(np.full((500, 6), 0.5), np.zeros(6), gains)
     assert surfaces[-1, 0] > 30.0  # sigma + k sum(sigma) T_s = 0.5 + 150 * 0.25
     np.testing.assert_allclose(surfaces[-1, 1:], 2.0)
@@ -200,7 +201,7 @@ def test_saturation_tells_the_layer_and_the_effort_apart():
     gains = rows(1.0, 10.0, 1.0, effort=[20.0, 20.0, 5.0, 5.0, 20.0, 20.0])
     sigma = np.array([0.5, 1.5, 0.9, 1.5, -0.5, -1.5])
     s, tau, limited, saturation = results()
-    ismc_law(sigma, gains, TS, NONE, np.zeros(6), s, tau, limited, saturation)
+    ismc_law(sigma, gains, NONE, np.zeros(6), s, tau, limited, saturation)
     np.testing.assert_array_equal(saturation, [0, 1, 2, 3, 0, 1])
 
 

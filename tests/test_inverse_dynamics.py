@@ -11,6 +11,7 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from scara_drake import kinematics, load_scenario, robot, simulate
+from scara_drake.common.fields import check
 from scara_drake.control.inverse_dynamics import InverseDynamics, integrate_error
 from scara_drake.diagram import make_diagram
 from scara_drake.joints import EFFORT, HOME, LOWER, UPPER
@@ -212,4 +213,4 @@ def test_bad_gains_are_refused_by_name(field, value):
     gains = InverseDynamics()
     getattr(gains, field)[5] = value
     with pytest.raises(ValueError, match=rf"^controller\.{field}\[5\]: "):
-        gains.validate("controller")
+        check(gains, "controller")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from scara_drake import joints, load_scenario, robot, simulate
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.stability.delay_margin import mass_ratios
 from scara_drake.stability.evidence import pushed_scenario
 from scara_drake.stability.lyapunov import lyapunov, perturbation
@@ -31,9 +32,9 @@ def run(name):
 def test_the_recorded_s_follows_equation_50(b):
     # s' = D - b u1 with D of the equations of motion, up to half the change in a period.
     scenario, recording = run("calm")
-    gains = scenario.controller.array()
+    gains = GAINS.unpack(scenario.controller.array())
     s = recording.sliding_variable.values
-    u1 = gains[2] * np.clip(s / gains[3], -1.0, 1.0)
+    u1 = gains.rho * np.clip(s / gains.phi, -1.0, 1.0)
     D = perturbation(recording, scenario, b)
     s_rate = np.diff(s, axis=0)[300:] / TS
     late = slice(300, -1)

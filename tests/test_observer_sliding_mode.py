@@ -5,7 +5,10 @@ from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
 from scara_drake import joints, load_scenario, metrics, robot, simulate
-from scara_drake.control.observer_sliding_mode import ObserverSlidingMode, observer_law
+from scara_drake.common.fields import check
+from scara_drake.control import ismc_law
+from scara_drake.control.observer_law import ESTIMATES, GAINS, observer_begin, observer_law
+from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.perturbation_observer import observer_gains
 from scara_drake.robot import chatter_number, inverse_mass_matrices
 
@@ -74,9 +77,10 @@ def test_the_measured_velocity_changes_nothing():
     np.testing.assert_array_equal(still, noise)
 
 
-def law_memory(psi, x2=0.0):
-    memory = np.zeros(4)
-    return memory, np.array([x2]), np.array([psi]), np.zeros(1)
+def law_gains(observer, acceleration_feedforward=0.0, effort=np.inf, clamp=np.inf, **law):
+    """Gains of one joint."""
+    law = ismc_law.GAINS.pack(effort=effort, clamp=clamp, period=TS, **law)
+    return GAINS.pack(law=law, observer=observer, acceleration_feedforward=acceleration_feedforward)
 
 
 @settings(deadline=None, max_examples=50)
@@ -86,41 +90,36 @@ def test_the_law_is_the_one_stated(seed):
     c, k, rho, phi, m_hat = rng.uniform(1.0, 50.0, 5)
     q, v_d, psi, x2, z = rng.normal(0.0, 0.1, 5)
     acceleration = rng.normal()
-    gains = np.array([[c], [k], [rho], [phi], [m_hat], [np.inf], [np.inf]])
     # An observer with hardly any gain keeps its estimates, but for their motion over a period.
-    observer = np.zeros((4, 1))
-    memory, x2, psi, lagged = law_memory(psi, x2)
-    memory[1] = z
+    gains = law_gains(np.zeros((4, 1)), 1.0, c=c, k=k, rho=rho, phi=phi, m_hat=m_hat)
+    memory = np.zeros(ESTIMATES.size)
+    m = ESTIMATES.unpack(memory)
+    m.x2[:], m.psi[:], m.z[:], m.v_desired[:] = x2, psi, z, v_d - TS * acceleration
     results = np.zeros((4, 1))
     s, tau, limited, saturation = results
     limited[0] = m_hat * 0.3
-    x2_after = x2[0] + TS * (0.3 + psi[0])
-    x1_after = TS * x2[0] + 0.5 * TS**2 * (0.3 + psi[0])
-    observer_law(
-        np.array([q, v_d]), np.zeros(2), np.array([acceleration]), gains, observer, TS, False,
-        memory, x2, psi, lagged, s, tau, limited, saturation,
-    )  # fmt: skip
+    x2_after = x2 + TS * (0.3 + psi)
+    x1_after = TS * x2 + 0.5 * TS**2 * (0.3 + psi)
+    observer_law(np.array([q, v_d]), np.zeros(2), gains, memory, s, tau, limited, saturation)
     e, e_dot = q + TS * v_d - x1_after, v_d - x2_after
     sigma = e_dot + c * e
-    u = c * e_dot + k * sigma + rho * np.clip((sigma - z) / phi, -1, 1) - psi[0] + acceleration
+    u = c * e_dot + k * sigma + rho * np.clip((sigma - z) / phi, -1, 1) - psi + acceleration
     np.testing.assert_allclose(tau[0], m_hat * u, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(memory[1], z - TS * k * sigma, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(m.z[0], z - TS * k * sigma, rtol=1e-9, atol=1e-12)
 
 
 def joint(c, k, rho, inertia, perturbation, effort=np.inf, duration=2.0):
     """One joint M x'' = u + M d(t), m_hat = 1, held at zero; its positions and its Psi^."""
-    gains = np.array([[c], [k], [rho], [1.0], [1.0], [effort], [2.0]])
     observer = observer_gains([200.0], [0.005], TS)
-    memory, x2, psi, lagged = law_memory(0.0)
+    gains = law_gains(observer, effort=effort, clamp=2.0, c=c, k=k, rho=rho, phi=1.0, m_hat=1.0)
+    memory = np.zeros(ESTIMATES.size)
     s, tau, limited, saturation = np.zeros((4, 1))
     x = np.zeros(2)
     history = []
     for n in range(round(duration / TS)):
-        observer_law(
-            np.zeros(2), x, np.zeros(1), gains, observer, TS, n == 0,
-            memory, x2, psi, lagged, s, tau, limited, saturation,
-        )  # fmt: skip
-        history.append([x[0], psi[0], limited[0]])
+        law = observer_law if n else observer_begin
+        law(np.zeros(2), x, gains, memory, s, tau, limited, saturation)
+        history.append([x[0], ESTIMATES.unpack(memory).psi[0], limited[0]])
         a = limited[0] / inertia + perturbation(n * TS)
         x = np.array([x[0] + TS * x[1] + 0.5 * TS**2 * a, x[1] + TS * a])
     return np.array(history)
@@ -248,7 +247,7 @@ def test_bad_gains_are_refused_by_name(field, bad):
     gains = ObserverSlidingMode()
     getattr(gains, field)[2] = bad
     with pytest.raises(ValueError, match=rf"^controller\.{field}\[2\]: "):
-        gains.validate("controller")
+        check(gains, "controller")
 
 
 def test_sampling_rules():

@@ -5,35 +5,37 @@ from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
 from scara_drake import load_scenario, robot, simulate
+from scara_drake.common.fields import check
 from scara_drake.control.integral_sliding_mode import (
     IntegralSlidingMode,
     IntegralSlidingModeController,
 )
-from scara_drake.control.pid import Pid, PidController, pid_law, pid_start
+from scara_drake.control.pid import GAINS as PID_GAINS
+from scara_drake.control.pid import Pid, PidController, pid_effort, pid_law, pid_start
 
 TS = 1e-3
 GAINS = ("kp", "ki", "kd")
 
 
-def column(kp, ki, kd, effort=1e12):
+def column(kp, ki, kd, effort=1e12, period=TS):
     """Gains of one joint of unit inertia."""
-    return np.array([[kp], [ki], [kd], [1.0], [effort]], float)
+    return PID_GAINS.pack(kp=kp, ki=ki, kd=kd, m_hat=1.0, effort=effort, period=period)
 
 
-def triple(w, effort=1e12):
+def triple(w, effort=1e12, period=TS):
     """Gains with three poles at -w."""
-    return column(3 * w * w, w**3, 3 * w, effort)
+    return column(3 * w * w, w**3, 3 * w, effort, period)
 
 
-def scalar_plant(gains, n, d=lambda t: 0.0, e=0.0, h=TS):
+def scalar_plant(gains, n, d=lambda t: 0.0, e=0.0):
     """Integrate e'' = d - u from rest; return e (n,) and the effort before its limit."""
-    rate = 0.0
+    rate, h = 0.0, PID_GAINS.unpack(gains).period[0]
     integral = np.zeros(1)
     tau, limited, saturation = np.empty((3, 1))
     history = np.empty((n, 2))
     for i in range(n):
         error, error_rate = np.array([e]), np.array([rate])
-        pid_law(error, error_rate, gains, h, integral, tau, limited, saturation)
+        pid_law(error, error_rate, gains, integral, tau, limited, saturation)
         history[i] = e, tau[0]
         rate += h * (d(i * h) - limited[0])
         e += h * rate
@@ -106,7 +108,7 @@ def test_it_has_the_torque_of_integral_sliding_mode_control(seed):
 @pytest.mark.parametrize("w", [5.0, 30.0])
 def test_a_step_of_perturbation_follows_the_closed_form_and_leaves_nothing(w):
     h, d = 1e-5, 3.0
-    e, _ = scalar_plant(triple(w), round(12.0 / w / h), lambda t: d, h=h)
+    e, _ = scalar_plant(triple(w, period=h), round(12.0 / w / h), lambda t: d)
     t = h * np.arange(e.size)
     # e = d s / (s + w)^3 in Laplace's terms, divided by s for the step.
     np.testing.assert_allclose(e, 0.5 * d * t * t * np.exp(-w * t), atol=2e-3 * d / w**2)
@@ -119,15 +121,16 @@ def test_the_integral_holds_at_the_limit_and_the_joint_comes_back_without_oversh
     e, tau = scalar_plant(triple(w, effort), 20000, lambda t: 1.5 * effort * (t < pushed))
     assert e.max() > 0.5 * 0.5 * effort * pushed**2  # the limit really was too low
     gain = triple(w, effort)
-    bound = effort + gain[0, 0] * e.max()
-    assert np.abs(tau).max() < bound + gain[2, 0] * 50.0  # no integral of a second's error in it
+    g = PID_GAINS.unpack(gain)
+    bound = effort + g.kp[0] * e.max()
+    assert np.abs(tau).max() < bound + g.kd[0] * 50.0  # no integral of a second's error in it
     assert abs(e[-1]) < 1e-6
     integral = np.zeros(1)
     tau, limited, saturation = np.empty((3, 1))
     for _ in range(1000):  # held at the limit
-        pid_law(np.ones(1), np.zeros(1), gain, TS, integral, tau, limited, saturation)
+        pid_law(np.ones(1), np.zeros(1), gain, integral, tau, limited, saturation)
     assert integral[0] == 0.0
-    pid_law(-np.ones(1), np.full(1, 50.0), gain, TS, integral, tau, limited, saturation)
+    pid_law(-np.ones(1), np.full(1, 50.0), gain, integral, tau, limited, saturation)
     assert saturation[0] == 2.0
     assert integral[0] < 0.0  # the error that leads away from the limit counts
 
@@ -137,7 +140,7 @@ def test_it_takes_over_without_a_jump_where_it_has_an_integral(e, rate, kp, ki, 
     integral, tau, limited, saturation = np.full((4, 1), np.nan)
     gains = column(kp, ki, kd)
     pid_start(np.array([e]), np.array([rate]), gains, integral)
-    pid_law(np.array([e]), np.array([rate]), gains, 0.0, integral, tau, limited, saturation)
+    pid_effort(np.array([e]), np.array([rate]), gains, integral, tau, limited, saturation)
     expected = 0.0 if ki > 0.0 else kp * e + kd * rate
     np.testing.assert_allclose(tau[0], expected, atol=1e-9 * (1.0 + kp + kd))
 
@@ -165,7 +168,7 @@ def test_bad_gains_are_refused_by_name(field, value):
     gains = Pid()
     getattr(gains, field)[1] = value
     with pytest.raises(ValueError, match=rf"^controller\.{field}\[1\]: "):
-        gains.validate("controller")
+        check(gains, "controller")
 
 
 def test_ports_and_memory_in_the_context():

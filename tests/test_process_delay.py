@@ -35,7 +35,7 @@ def parts(overrides):
 
 def test_reading_a_delays_the_input_by_zeta_and_the_state_by_d_where_they_are_positive():
     delay = parts(CONTROL_DELAY_READINGS["A"]).process_delay
-    delay.validate("process_delay")
+    check(delay, "process_delay")
     assert delay.reference is None
     for t in np.linspace(0.0, 7.0, 71):
         ms = 1e3 * np.array([d.at(t) for d in (delay.actuation, delay.measurement)])
@@ -89,5 +89,5 @@ def test_delays_read_from_yaml_and_write_back():
 )
 def test_bad_delays_are_named(delay, named):
     with pytest.raises(ValueError, match=named):
-        delay.validate("p")
-    ProcessDelay().validate("p")
+        check(delay, "p")
+    check(ProcessDelay(), "p")

@@ -23,10 +23,10 @@ def at_rest(t):
 
 def sigma_of(d, sigma0, k, rho, phi, duration, period):
     """ISMC of sigma' = d - u from sigma0, under the function d."""
-    gains = ismc_gains(0.0, k, rho, phi)
-    return respond(
-        "ISMC", gains, [lambda t: -d(t)], duration, at_rest, start_rate=-sigma0, period=period
-    ).isel(case=0)
+    gains = ismc_gains(0.0, k, rho, phi, period=period)
+    return respond("ISMC", gains, [lambda t: -d(t)], duration, at_rest, start_rate=-sigma0).isel(
+        case=0
+    )
 
 
 @pytest.mark.parametrize(("k", "rho"), [(50.0, 150.0), (100.0, 500.0), (20.0, 10.0)])
@@ -129,8 +129,8 @@ def test_the_effort_keeps_its_limit_and_the_clamp_its_own():
     ("law", "gains", "message"),
     [
         ("PID", ismc_gains(1.0, 1.0, 1.0, 1.0), "^law: 'PID', allowed ISMC, SMC"),
-        ("SMC", ismc_gains(1.0, 1.0, 1.0, 1.0), r"^gains: shape \(7, 1\), allowed \(5, 1\)"),
-        ("SMC", smc_gains(np.ones(3), 1.0, 1.0), r"^gains: shape \(5, 3\)"),
+        ("SMC", ismc_gains(1.0, 1.0, 1.0, 1.0), r"^gains: shape \(8, 1\), allowed \(6, 1\)"),
+        ("SMC", smc_gains(np.ones(3), 1.0, 1.0), r"^gains: shape \(6, 3\)"),
     ],
 )
 def test_what_does_not_fit_is_refused(law, gains, message):

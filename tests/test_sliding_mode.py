@@ -5,20 +5,21 @@ from hypothesis import strategies as st
 from leaf import outputs, ports, tick
 
 from scara_drake import joints, load_scenario, robot, simulate
+from scara_drake.common.fields import check
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
-from scara_drake.control.sliding_mode import SlidingMode, SlidingModeController, smc_law
+from scara_drake.control.sliding_mode import GAINS, SlidingMode, SlidingModeController, smc_law
 
 TS = 1e-3
 
 
 def column(c, rho, phi, m_hat=1.0, effort=1e12):
     """Gains of one joint."""
-    return np.array([[c], [rho], [phi], [m_hat], [effort]], float)
+    return GAINS.pack(c=c, rho=rho, phi=phi, m_hat=m_hat, effort=effort, period=TS)
 
 
 def scalar_plant(gains, duration, e=0.0, rate=0.0, d=0.0, h=1e-5):
     """Integrate e'' = d - u; return times and (e, sigma, u)."""
-    c = gains[0, 0]
+    c = GAINS.unpack(gains).c[0]
     sigma, tau, limited, saturation = np.empty((4, 1))
     history = np.empty((round(duration / h), 3))
     for row in history:
@@ -77,7 +78,7 @@ def test_defaults_are_as_steep_and_so_as_quiet_as_the_integral_law():
     steepness = np.add(integral.k, np.divide(integral.rho, integral.phi))
     np.testing.assert_allclose(np.divide(gains.rho, gains.phi), steepness)
     np.testing.assert_array_equal(gains.c, integral.c)
-    gains.validate("controller")
+    check(gains, "controller")
     gains.check_sampling("controller", TS)
 
 
@@ -93,7 +94,7 @@ def test_bad_gains_are_refused_by_name(field, value):
     gains = SlidingMode()
     getattr(gains, field)[4] = value
     with pytest.raises(ValueError, match=rf"^controller\.{field}\[4\]: "):
-        gains.validate("controller")
+        check(gains, "controller")
 
 
 def test_the_system_applies_the_law_to_the_reference_carried_one_period():

@@ -9,6 +9,7 @@ from pydrake.multibody.tree import PrismaticJoint, SpatialInertia, UnitInertia
 
 from scara_drake import joints, load_scenario, robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.robot import RobotModel
 from scara_drake.stability.linear import (
     closed_loop_poles,
@@ -106,9 +107,9 @@ def test_without_gravity_and_damping_the_poles_are_those_of_the_coupled_block():
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, joints.HOME)
     mass = plant.CalcMassMatrix(context)
-    gains = TABLE_12.array()
-    A = np.linalg.solve(mass, np.diag(gains[4]))
-    c, k, r = np.diag(gains[0]), np.diag(gains[1]), np.diag(gains[2] / gains[3])
+    gains = GAINS.unpack(TABLE_12.array())
+    A = np.linalg.solve(mass, np.diag(gains.m_hat))
+    c, k, r = np.diag(gains.c), np.diag(gains.k), np.diag(gains.rho / gains.phi)
     sigma_rate = np.hstack([-c @ c, c - A @ k, -A @ r])
     s_rate = sigma_rate + np.hstack([0 * c, k, 0 * c])
     block = np.vstack([np.hstack([-c, np.eye(6), 0 * c]), sigma_rate, s_rate])

@@ -10,6 +10,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake import joints, load_scenario, robot
 from scara_drake.common import fields
+from scara_drake.common.fields import check
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.pid import Pid
@@ -206,7 +207,7 @@ def test_other_controllers_are_searched_within_their_rules(part, names):
     rng = np.random.default_rng(5)
     for _ in range(4):
         found = candidate(part, {n: rng.uniform(d.low, d.high) for n, d in space.items()}, TS)
-        fields.check(found, "controller")
+        check(found, "controller")
         found.check_sampling("controller", TS)
         assert found != part
     scenario = short()

@@ -31,6 +31,9 @@ Kernel = Callable[..., None]
 
 TIME = "t"
 ENABLED = 0.5  # an enable input from here on lets the block run
+# How the code that calls a kernel takes a group of the memory: to write it, or to read it.
+WRITTEN = "discrete.get_mutable_value({})"
+READ = "context.get_discrete_state({}).value()"
 
 
 @dataclass(frozen=True)
@@ -88,13 +91,16 @@ class Declaration:
         outputs: by name; their ports come after those of the memory.
         parameters: by name: arrays and numbers that never change.
         period: [s], of the updates; 0 for none.
+        offset: [s], of the first update.
         update: kernel of an update, writes memory in place.
         initialize: kernel of the start, if the first values depend on the inputs.
         enable: name of an input; while it is below one half, `rest` stands in for `update` and for
             `initialize`.
         rest: kernel of an update that is not enabled.
+        rest_initialize: kernel of a start that is not enabled, if `rest` does not do for it.
         with_plant: it is updated together with the step of a sampled plant, before the others, and
             reads what the plant showed before that step.
+        sample: kernel that runs so before every `update`.
     """
 
     inputs: Mapping[str, Input] = field(default_factory=dict)
@@ -102,11 +108,14 @@ class Declaration:
     outputs: Mapping[str, Output] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     period: float = 0.0
+    offset: float = 0.0
     update: Kernel | None = None
     initialize: Kernel | None = None
     enable: str = ""
     rest: Kernel | None = None
+    rest_initialize: Kernel | None = None
     with_plant: bool = False
+    sample: Kernel | None = None
 
 
 def arguments_of(kernel: Kernel) -> list[str]:
@@ -150,26 +159,31 @@ class Block(LeafSystem):
     def _declare_events(self) -> None:
         is_ = self.declaration
         if is_.initialize is not None:
-            self.DeclareInitializationDiscreteUpdateEvent(self._event(is_.initialize))
+            rest = is_.rest_initialize or is_.rest
+            self.DeclareInitializationDiscreteUpdateEvent(self._event(is_.initialize, rest))
+        if is_.sample is not None:
+            self._declare_with_plant(self._caller(is_.sample, WRITTEN))
         if is_.update is None:
             return
-        event = self._event(is_.update)
+        event = self._event(is_.update, is_.rest)
         if is_.with_plant:
-
-            def unrestricted(context: Any, state: Any) -> None:
-                event(context, state.get_mutable_discrete_state())
-
-            self.DeclarePeriodicUnrestrictedUpdateEvent(is_.period, 0.0, unrestricted)
+            self._declare_with_plant(event)
         else:
-            self.DeclarePeriodicDiscreteUpdateEvent(is_.period, 0.0, event)
+            self.DeclarePeriodicDiscreteUpdateEvent(is_.period, is_.offset, event)
 
-    def _event(self, kernel: Kernel) -> Callable[[Any, Any], None]:
+    def _declare_with_plant(self, event: Callable[[Any, Any], None]) -> None:
+        def unrestricted(context: Any, state: Any) -> None:
+            event(context, state.get_mutable_discrete_state())
+
+        is_ = self.declaration
+        self.DeclarePeriodicUnrestrictedUpdateEvent(is_.period, is_.offset, unrestricted)
+
+    def _event(self, kernel: Kernel, rest: Kernel | None) -> Callable[[Any, Any], None]:
         """Return the handler of a discrete update by a kernel, or by `rest` while not enabled."""
-        rest, enable = self.declaration.rest, self.declaration.enable
-        run = self._caller(kernel, "discrete.get_mutable_value({})")
+        run = self._caller(kernel, WRITTEN)
         if rest is None:
             return run
-        stop, port = self._caller(rest, "discrete.get_mutable_value({})"), self._inputs[enable]
+        stop, port = self._caller(rest, WRITTEN), self._inputs[self.declaration.enable]
 
         def event(context: Any, discrete: Any) -> None:
             enabled = not port.HasValue(context) or port.Eval(context)[0] >= ENABLED
@@ -178,7 +192,7 @@ class Block(LeafSystem):
         return event
 
     def _calculation(self, name: str, output: Output) -> Callable[[Any, Any], None]:
-        return self._caller(output.kernel, "context.get_discrete_state({}).value()", name)
+        return self._caller(output.kernel, READ, name)
 
     def _prerequisites(self, output: Output) -> set[DependencyTicket]:
         tickets = set()

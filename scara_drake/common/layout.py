@@ -16,6 +16,8 @@ makes the array outside, `reader` the compiled function that gives the names bac
 
 Numbers are copies. What a kernel writes has to be an array, be it a `Cell`, of shape (). The last
 field may be `REST`: an array (n,) of whatever follows, as long as the array that is read.
+
+`Rows` does the same for a table with a column a joint, for as many joints as it has columns.
 """
 
 from __future__ import annotations
@@ -124,12 +126,71 @@ class Layout(Generic[Names]):
                 parts.append(f"row[{where.start}:{where.stop}]")
             else:
                 parts.append(f"row[{where.start}:{where.stop}].reshape({shape})")
-        # numba links cached kernels by the names of what they call, so each reader has its own, in
-        # every process the same: with one name for all, a kernel would read by another's layout.
-        body = f"return Names({', '.join(parts)})"
-        mark = zlib.crc32(f"{self.names.__module__} {body}".encode())
-        name = f"read_{self.names.__name__}_{mark:08x}"
-        scope: dict[str, Any] = {"Names": self.names, "__name__": self.names.__module__}
-        exec(f"def {name}(row):\n    {body}", scope)
-        read: Callable[[Array], Names] = njit(scope[name])
-        return read
+        return _compiled(self.names, f"return Names({', '.join(parts)})")
+
+
+class Rows(Generic[Names]):
+    """Names for the rows of a table (rows, n), such as gains with a column a joint.
+
+    The table has its rows one after the other, so it may also be an array (rows n,), as memory is.
+
+    Args:
+        names: the NamedTuple; a field is a row (n,).
+        heights: of its fields that are tables themselves, (height, n).
+    """
+
+    def __init__(self, names: type[Names], **heights: int) -> None:
+        self.names = names
+        fields: tuple[str, ...] = names._fields  # type: ignore[attr-defined]  # a NamedTuple
+        self.places: dict[str, int | slice] = {}
+        start = 0
+        for name in fields:
+            stop = start + heights.get(name, 1)
+            self.places[name] = slice(start, stop) if name in heights else start
+            start = stop
+        self.size = start
+
+    def pack(self, **values: ArrayLike) -> Array:
+        """Return a new table (rows, n) with the values by name, each a number or (n,).
+
+        A field that is a table itself is (height, n), or (height, 1) for every column.
+
+        Raises:
+            ValueError: a field is missing or unknown, or a value has not its shape.
+        """
+        if values.keys() != self.places.keys():
+            wrong = ", ".join(sorted(values.keys() ^ self.places.keys()))
+            raise ValueError(f"{self.names.__name__}: {wrong}, allowed {', '.join(self.places)}")
+        n = max(np.atleast_1d(value).shape[-1] for value in values.values())
+        table = np.empty((self.size, n))
+        for name, value in values.items():
+            table[self.places[name]] = value
+        return table
+
+    def unpack(self, table: Array) -> Names:
+        """Return the rows of a table, or of an array (rows n,), as views."""
+        rows = table.reshape(self.size, -1)
+        return self.names(*(rows[place] for place in self.places.values()))
+
+    def reader(self) -> Callable[[Array], Names]:
+        """Return `unpack` compiled, for kernels; the table has to be in C order."""
+        parts = [
+            f"rows[{place.start}:{place.stop}]" if isinstance(place, slice) else f"rows[{place}]"
+            for place in self.places.values()
+        ]
+        rows = f"rows = row.reshape({self.size}, row.size // {self.size})"
+        return _compiled(self.names, f"{rows}\n    return Names({', '.join(parts)})")
+
+
+def _compiled(names: type[Names], body: str) -> Callable[[Array], Names]:
+    """Return the compiled function of an array `row` with a body that makes `Names`.
+
+    numba links cached kernels by the names of what they call, so each reader has its own, in every
+    process the same: with one name for all, a kernel would read by another's layout.
+    """
+    mark = zlib.crc32(f"{names.__module__} {body}".encode())
+    name = f"read_{names.__name__}_{mark:08x}"
+    scope: dict[str, Any] = {"Names": names, "__name__": names.__module__}
+    exec(f"def {name}(row):\n    {body}", scope)
+    read: Callable[[Array], Names] = njit(scope[name])
+    return read

@@ -19,19 +19,18 @@ taken for a force on the tool as well.
 
 from __future__ import annotations
 
+import threading
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context
 
 from scara_drake import robot
 from scara_drake.common import checks
-from scara_drake.common.finite import all_finite, check_finite
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Memory
 from scara_drake.kinematics import jacobian
 
 Array = NDArray[np.float64]
@@ -42,12 +41,27 @@ SMALLEST_RATIO: Final = 0.01
 PERIOD: Final = 0.01  # [s]
 
 
-def make_model() -> MultibodyPlant:
-    """Return the nominal robot, finalized, in continuous time."""
-    plant = MultibodyPlant(time_step=0.0)
-    robot.add_scara(plant)
-    plant.Finalize()
-    return plant
+class Model:
+    """The nominal robot in continuous time, to compute with.
+
+    Attributes:
+        plant: finalized.
+    """
+
+    def __init__(self) -> None:
+        self.plant = MultibodyPlant(time_step=0.0)
+        robot.add_scara(self.plant)
+        self.plant.Finalize()
+        self._local = threading.local()
+
+    def context(self) -> Context:
+        """Return a Context to compute in; what was left in it has to be overwritten.
+
+        Each thread has its own, as making one costs as much as a whole estimate.
+        """
+        if not hasattr(self._local, "context"):
+            self._local.context = self.plant.CreateDefaultContext()
+        return self._local.context
 
 
 def unexplained_effort(
@@ -83,19 +97,45 @@ def tool_force(q: Array, effort: Array) -> Array:
     return np.asarray(force, dtype=np.float64)
 
 
-class ContactForceEstimator(LeafSystem):
+def estimate(
+    state: Array,
+    actuation_lagged: Array,
+    perturbation_estimate: Array,
+    velocity_estimate: Array,
+    m_hat: Array,
+    model: Model,
+    f_estimated_W: Array,
+) -> None:
+    """Write the force of the environment on the tool (3,) [N], see the module.
+
+    Args:
+        state: q, v measured (12,); only q is used [m, rad].
+        actuation_lagged: effort as old as the perturbation estimate (6,) [N, N m].
+        perturbation_estimate: Psi^ (6,) [m/s², rad/s²].
+        velocity_estimate: v^ (6,) [m/s, rad/s].
+        m_hat: (6,) [kg, kg m²].
+        model: of the robot.
+        f_estimated_W: written.
+    """
+    q, tau = state[:6], actuation_lagged
+    v_dot = tau / m_hat + perturbation_estimate
+    effort = unexplained_effort(model.plant, model.context(), q, velocity_estimate, v_dot, tau)
+    f_estimated_W[:] = tool_force(q, effort)
+
+
+class ContactForceEstimator(Block):
     """Estimates the force of the environment on the tool, see the module.
 
-    Input ports:
-        state (12): q, v measured; only q is used [m, rad]
-        actuation_lagged (6): effort as old as the perturbation estimate [N, N m]
-        perturbation_estimate (6): Psi^ [m/s², rad/s²]
-        velocity_estimate (6): v^ [m/s, rad/s]
-    Output port, discrete state:
-        f_estimated_W (3): force of the environment on the tool [N]
-    Update (every period, from `settling` on): the estimate.
-    Initial: zero. Until the observer has found the weight of the arm, that would be taken for a
-        contact.
+    Ports:
+        input state (12) [m, rad, m/s, rad/s]: q, v measured; only q is used.
+        input actuation_lagged (6) [N, N m]: effort as old as the perturbation estimate.
+        input perturbation_estimate (6) [m/s², rad/s²]: Psi^.
+        input velocity_estimate (6) [m/s, rad/s]: v^.
+        output f_estimated_W (3) [N]: force of the environment on the tool.
+
+    Update, at t = settling + k period: see `estimate`, which is plain Python, for the model is a
+    MultibodyPlant. Initial: zero. Until the observer has found the weight of the arm, that would be
+    taken for a contact.
 
     Args:
         period: [s]; not that of the loop, for an evaluation of the model costs more than the
@@ -106,36 +146,21 @@ class ContactForceEstimator(LeafSystem):
         ValueError: a period out of 1 ms to 1 s, or a negative settling.
     """
 
-    def __init__(self, period: float = PERIOD, settling: float = 0.25):
-        super().__init__()
+    def __init__(self, period: float = PERIOD, settling: float = 0.25) -> None:
         checks.number("period", period, 1e-3, 1.0)
         checks.number("settling", settling, 0.0)
-        self._m_hat = robot.nominal_inertias()
-        self._state = self.DeclareVectorInputPort("state", 12)
-        self._tau = self.DeclareVectorInputPort("actuation_lagged", 6)
-        self._psi = self.DeclareVectorInputPort("perturbation_estimate", 6)
-        self._v = self.DeclareVectorInputPort("velocity_estimate", 6)
-        self._f = declare_state(self, 3, "f_estimated_W")
-        self._plant = make_model()
-        # A Context to compute in, of which each Context of this system has a copy; no result
-        # depends on what was left in it.
-        self._scratch = self.DeclareCacheEntry(
-            "model",
-            ValueProducer(
-                allocate=lambda: AbstractValue.Make(self._plant.CreateDefaultContext()),
-                calc=ValueProducer.NoopCalc,
-            ),
-            {self.nothing_ticket()},
+        super().__init__(
+            Declaration(
+                inputs={
+                    "state": Input(12, finite=True),
+                    "actuation_lagged": Input(6, finite=True),
+                    "perturbation_estimate": Input(6, finite=True),
+                    "velocity_estimate": Input(6, finite=True),
+                },
+                memory={"f_estimated_W": Memory(3, port=True)},
+                parameters={"m_hat": robot.nominal_inertias(), "model": Model()},
+                period=period,
+                offset=settling,
+                update=estimate,
+            )
         )
-        self.DeclarePeriodicDiscreteUpdateEvent(period, settling, self._update)
-
-    def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        ports = (self._state, self._tau, self._psi, self._v)
-        state, tau, psi, v = (port.Eval(context) for port in ports)
-        if not (all_finite(state, tau) and all_finite(psi, v)):
-            check_finite(self, context, ports)
-        q = state[:6]
-        effort = unexplained_effort(
-            self._plant, self._scratch.Eval(context), q, v, tau / self._m_hat + psi, tau
-        )
-        discrete.get_mutable_value(self._f)[:] = tool_force(q, effort)

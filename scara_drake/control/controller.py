@@ -1,21 +1,16 @@
-"""The socket of a joint controller: its ports, its events, and the checks of what arrives."""
+"""The socket of a joint controller: its ports, its gate, and the checks of what arrives."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import (
-    Context,
-    DiscreteValues,
-    EventStatus,
-    LeafSystem,
-)
 
-from scara_drake.common.finite import all_finite, check_finite
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Kernel, Memory, Output
 
 Array = NDArray[np.float64]
 
@@ -45,81 +40,87 @@ def limit_effort(
             saturation[i] += EFFORT_LIMIT
 
 
-class JointController(LeafSystem):
-    """A sampled controller of the six joints; a law is added by `start` and `sample`.
+@njit(cache=True)
+def release(actuation_commanded: Array, actuation: Array, saturation: Array) -> None:
+    """Take the effort from the drives: all zero (n,)."""
+    actuation_commanded[:] = 0.0
+    actuation[:] = 0.0
+    saturation[:] = 0.0
 
-    Input ports:
-        state (12): q, v measured [m, rad, m/s, rad/s]
-        state_desired (12): q, v references
-        engaged (1): optional, engaged if not connected; below 0.5 the drives are off: no effort,
-            and the law starts afresh at every period, so that it takes over without a jump
-    Output ports, all discrete state:
-        actuation (6): effort within the limits of the drives [N, N m]
-        actuation_commanded (6): effort before the limits
-        saturation (6): 0, or the sum of 1 (outside the boundary layer) and 2 (effort limit)
-    Update (every period): the law, see `sample`.
-    Initial: see `start`.
+
+@dataclass(frozen=True)
+class Law:
+    """The kernels of a controller, see `Block`, compiled or plain Python.
+
+    They name what they need of the inputs ``state`` and ``state_desired``, of the memory
+    ``actuation``, ``actuation_commanded`` and ``saturation``, and of what the controller adds.
+
+    Attributes:
+        update: advances the law by one period. A sampled plant has stepped before its controller is
+            updated, so `state` is one period younger than `state_desired`: a law carries the
+            references one period along their velocity.
+        initialize: begins the law, with both states of one instant; None leaves it at zero.
+        rest: is called in place of `update` while the drives are off. It leaves them without an
+            effort, and the law where it takes over without a jump.
+        rest_initialize: of a start with the drives off, if `rest` does not do for it.
+    """
+
+    update: Kernel
+    initialize: Kernel | None = None
+    rest: Kernel = release
+    rest_initialize: Kernel | None = None
+
+
+class JointController(Block):
+    """A sampled controller of the six joints; a law fills it.
+
+    Ports:
+        input state (12): q, v measured [m, rad, m/s, rad/s].
+        input state_desired (12): q, v references.
+        input engaged (1): optional, engaged if not connected; below 0.5 the drives are off: no
+            effort, and the law starts afresh at every period, so that it takes over without a jump.
+        output actuation (6): effort within the limits of the drives [N, N m].
+        output actuation_commanded (6): effort before the limits.
+        output saturation (6): 0, or the sum of 1 (outside the boundary layer) and 2 (effort limit).
+
+    and those of the memory and the outputs that the law adds. Update, at t = k period: the law.
+    Initial: what the law begins with.
 
     Args:
         period: [s].
+        law: its kernels.
+        parameters: of the kernels, by name.
+        memory: of the law, by name.
+        outputs: of the law, by name.
+
+    Raises:
+        ValueError: a kernel has an argument that none of these name.
     """
 
-    def __init__(self, period: float):
-        super().__init__()
-        self.period = period
-        self._state = self.DeclareVectorInputPort("state", 12)
-        self._desired = self.DeclareVectorInputPort("state_desired", 12)
-        self._engaged = self.DeclareVectorInputPort("engaged", 1)
-        self.tau_limited = declare_state(self, 6, "actuation")
-        self.tau = declare_state(self, 6, "actuation_commanded")
-        self.saturation = declare_state(self, 6, "saturation")
-        self.DeclareInitializationDiscreteUpdateEvent(self._start)
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
-
-    @abstractmethod
-    def start(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
-        """Write the memory and the outputs of a law that begins now.
-
-        Args:
-            desired: references (12,) of this instant.
-            state: measured (12,), of the same instant.
-            discrete: holds all memory and outputs.
-        """
-
-    @abstractmethod
-    def sample(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
-        """Advance the law by one period.
-
-        A sampled plant has stepped before its controller is updated, so `state` is one period
-        younger than `desired`: a law carries the references one period along their velocity.
-        """
-
-    def _start(self, context: Context, discrete: DiscreteValues) -> EventStatus:
-        self.start(*self._inputs(context), discrete)
-        if not self._is_engaged(context):
-            self._release(discrete)
-        return EventStatus.Succeeded()
-
-    def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        desired, state = self._inputs(context)
-        if self._is_engaged(context):
-            self.sample(desired, state, discrete)
-        else:
-            carried = desired.copy()
-            carried[:6] += self.period * desired[6:]
-            self.start(carried, state, discrete)
-            self._release(discrete)
-
-    def _inputs(self, context: Context) -> tuple[Array, Array]:
-        desired, state = self._desired.Eval(context), self._state.Eval(context)
-        if not all_finite(desired, state):
-            check_finite(self, context, (self._state, self._desired))
-        return desired, state
-
-    def _is_engaged(self, context: Context) -> bool:
-        port = self._engaged
-        return not port.HasValue(context) or port.Eval(context)[0] >= 0.5
-
-    def _release(self, discrete: DiscreteValues) -> None:
-        for group in (self.tau_limited, self.tau, self.saturation):
-            discrete.get_mutable_value(group)[:] = 0.0
+    def __init__(
+        self,
+        period: float,
+        law: Law,
+        parameters: Mapping[str, Any],
+        memory: Mapping[str, Memory],
+        outputs: Mapping[str, Output] | None = None,
+    ) -> None:
+        efforts = ("actuation", "actuation_commanded", "saturation")
+        super().__init__(
+            Declaration(
+                inputs={
+                    "state": Input(12, finite=True),
+                    "state_desired": Input(12, finite=True),
+                    "engaged": Input(1),
+                },
+                memory={name: Memory(6, port=True) for name in efforts} | dict(memory),
+                outputs=outputs or {},
+                parameters=parameters,
+                period=period,
+                update=law.update,
+                initialize=law.initialize,
+                enable="engaged",
+                rest=law.rest,
+                rest_initialize=law.rest_initialize,
+            )
+        )

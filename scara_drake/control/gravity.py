@@ -8,6 +8,7 @@ the motion of joint i, as in the URDF.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -15,9 +16,30 @@ from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake import robot
+from scara_drake.common.layout import Rows
 from scara_drake.kinematics import A4
 
 Array = NDArray[np.float64]
+
+
+class Links(NamedTuple):
+    """Links 1 to 6 in a kernel, each row (6,).
+
+    Attributes:
+        weight: [N].
+        x: of the centre of mass in L_i, times the weight [N m].
+        y: likewise.
+        z: likewise.
+    """
+
+    weight: Array
+    x: Array
+    y: Array
+    z: Array
+
+
+LINKS = Rows(Links)
+links_of = LINKS.reader()
 
 
 @njit(cache=True)
@@ -26,9 +48,10 @@ def gravity_effort(q: Array, links: Array, effort: Array) -> None:
 
     Args:
         q: configuration [m, rad].
-        links: (6, 4), see `gravity_parameters`.
+        links: (4, 6), see `gravity_parameters`.
         effort: written; minus the generalized force of gravity.
     """
+    link = links_of(links)
     s3, c3 = np.sin(q[2]), np.cos(q[2])
     s4, c4 = np.sin(q[3]), np.cos(q[3])
     s5, c5 = np.sin(q[4]), np.cos(q[4])
@@ -41,51 +64,48 @@ def gravity_effort(q: Array, links: Array, effort: Array) -> None:
     up4_x, up4_y = -s3 * c4, s3 * s4
     up3_x, up3_y = -s3, -c3
 
-    weight = links[5, 0]
-    x, y, z = links[5, 1], links[5, 2], links[5, 3]
+    weight = link.weight[5]
+    x, y, z = link.x[5], link.y[5], link.z[5]
     effort[5] = x * up6_y - y * up6_x
 
     # From L_6 to L_5: Rx(90°) Rz(θ6).
-    weight += links[4, 0]
+    weight += link.weight[4]
     x, y, z = (
-        links[4, 1] + c6 * x - s6 * y,
-        links[4, 2] - z,
-        links[4, 3] + s6 * x + c6 * y,
+        link.x[4] + c6 * x - s6 * y,
+        link.y[4] - z,
+        link.z[4] + s6 * x + c6 * y,
     )
     effort[4] = x * up5_y - y * up5_x
 
     # From L_5 to L_4: Tx(a4) Rz(θ5).
     x, y, z = (
-        links[3, 1] + c5 * x - s5 * y + A4 * weight,
-        links[3, 2] + s5 * x + c5 * y,
-        links[3, 3] + z,
+        link.x[3] + c5 * x - s5 * y + A4 * weight,
+        link.y[3] + s5 * x + c5 * y,
+        link.z[3] + z,
     )
     effort[3] = x * up4_y - y * up4_x
 
     # From L_4 to L_3: Tz(d3) Rx(90°) Rz(θ4); d3 lies along the axis of joint 3.
-    x, y = links[2, 1] + c4 * x - s4 * y, links[2, 2] - z
+    x, y = link.x[2] + c4 * x - s4 * y, link.y[2] - z
     effort[2] = x * up3_y - y * up3_x
 
     # The axis of joint 2 and the mast are vertical.
     effort[1] = 0.0
-    effort[0] = links[:, 0].sum()
+    effort[0] = link.weight.sum()
 
 
 @lru_cache(maxsize=1)
 def gravity_parameters() -> Array:
-    """Return the weights of the nominal robot's links 1 to 6 (6, 4).
-
-    A row is the weight [N], and its product with the centre of mass in L_i [N m].
-    """
+    """Return the nominal robot's links as `gravity_effort` takes them (4, 6)."""
     plant = MultibodyPlant(time_step=0.0)
     robot.add_scara(plant)
     plant.Finalize()
     context = plant.CreateDefaultContext()
     g = float(np.linalg.norm(plant.gravity_field().gravity_vector()))
-    links = np.empty((6, 4))
-    for index, row in enumerate(links, start=1):
-        link = plant.GetBodyByName(f"link_{index}")
-        row[0] = g * link.get_mass(context)
-        row[1:] = row[0] * link.CalcCenterOfMassInBodyFrame(context)
+    bodies = [plant.GetBodyByName(f"link_{index}") for index in range(1, 7)]
+    weight = np.array([g * body.get_mass(context) for body in bodies])
+    centres = np.array([body.CalcCenterOfMassInBodyFrame(context) for body in bodies])
+    x, y, z = (weight[:, np.newaxis] * centres).T
+    links = LINKS.pack(weight=weight, x=x, y=y, z=z)
     links.setflags(write=False)
     return links

@@ -9,36 +9,22 @@ Exact knowledge leaves e''' + kd e'' + kp e' + ki e = 0 driven by the reference 
 posture. It is the opposite of sliding mode control, which knows one inertia a joint.
 """
 
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.controllers import InverseDynamicsController
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    Diagram,
-    DiagramBuilder,
-    InputPort,
-    LeafSystem,
-    State,
-)
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import Saturation
 
 from scara_drake import joints, robot
-from scara_drake.common import checks
-from scara_drake.common.finite import all_finite, check_finite
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Memory, Output
+from scara_drake.common.fields import vector
 from scara_drake.control.chatter import LIMIT
 
 Array = NDArray[np.float64]
-
-
-def _six(value: float) -> list[float]:
-    return [value] * 6
 
 
 @dataclass
@@ -49,23 +35,14 @@ class InverseDynamics:
     others it would work against the drives' limits after a large error.
 
     Attributes:
-        kp: of the error [1/s²].
-        ki: of its integral [1/s³].
-        kd: of its rate [1/s].
+        kp: of the error.
+        ki: of its integral.
+        kd: of its rate.
     """
 
-    kp: list[float] = field(default_factory=lambda: _six(14e3))
-    ki: list[float] = field(default_factory=lambda: _six(200e3))
-    kd: list[float] = field(default_factory=lambda: _six(220.0))
-
-    def validate(self, name: str) -> None:
-        """Check the gains; `name` is the field's path in the scenario.
-
-        Raises:
-            ValueError: a gain is negative or not finite.
-        """
-        for gain in ("kp", "ki", "kd"):
-            checks.vector(f"{name}.{gain}", getattr(self, gain), 6, 0.0)
+    kp: list[float] = vector([14e3] * 6, "1/s²", 0.0, symbol="kp")
+    ki: list[float] = vector([200e3] * 6, "1/s³", 0.0, symbol="ki")
+    kd: list[float] = vector([220.0] * 6, "1/s", 0.0, symbol="kd")
 
     def check_sampling(self, name: str, period: float) -> None:
         """Check that the gains do not chatter at this period [s].
@@ -93,11 +70,11 @@ class InverseDynamics:
 def integrate_error(
     state_desired: Array,
     state: Array,
-    tau: Array,
+    actuation_commanded: Array,
     effort: Array,
     ki: Array,
     period: float,
-    integral: Array,
+    acceleration: Array,
 ) -> None:
     """Advance ki int e (6,) [m/s², rad/s²] by one period, in place.
 
@@ -106,29 +83,30 @@ def integrate_error(
     Args:
         state_desired: references (12,).
         state: measured (12,), of the same instant.
-        tau: effort before the limits (6,) [N, N m], likewise.
+        actuation_commanded: effort before the limits (6,) [N, N m], likewise.
         effort: the limits (6,).
         ki: gain (6,) [1/s³].
         period: [s].
-        integral: in place.
+        acceleration: the integral, in place.
     """
-    for i in range(integral.size):
+    tau = actuation_commanded
+    for i in range(acceleration.size):
         error = state_desired[i] - state[i]
         if abs(tau[i]) <= effort[i] or tau[i] * error < 0.0:
-            integral[i] += period * ki[i] * error
+            acceleration[i] += period * ki[i] * error
 
 
-class IntegralAction(LeafSystem):
+class IntegralAction(Block):
     """The integral part of the commanded acceleration.
 
-    Input ports:
-        state (12): q, v measured [m, rad, m/s, rad/s]
-        state_desired (12): q, v references
-        actuation_commanded (6): effort before the limits [N, N m]
-    Output ports, discrete state:
-        acceleration (6): ki int e [m/s², rad/s²]
-    Update (every period, unrestricted): see `integrate_error`. Such an update sees all its inputs
-        at one instant; before a discrete one a sampled plant has already stepped.
+    Ports:
+        input state (12) [m, rad, m/s, rad/s]: q, v measured.
+        input state_desired (12): q, v references.
+        input actuation_commanded (6) [N, N m]: effort before the limits.
+        output acceleration (6) [m/s², rad/s²]: ki int e.
+
+    Update, at t = k period together with the plant's step: see `integrate_error`. Such an update
+    sees all its inputs at one instant; before another one a sampled plant has already stepped.
     Initial: zero.
 
     Args:
@@ -136,56 +114,63 @@ class IntegralAction(LeafSystem):
         period: [s].
     """
 
-    def __init__(self, ki: Array, period: float):
-        super().__init__()
-        self._ki, self._period = ki, period
-        self._state = self.DeclareVectorInputPort("state", 12)
-        self._desired = self.DeclareVectorInputPort("state_desired", 12)
-        self._tau = self.DeclareVectorInputPort("actuation_commanded", 6)
-        self._integral = declare_state(self, 6, "acceleration")
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
-
-    def _update(self, context: Context, state: State) -> None:
-        integrate_error(
-            self._desired.Eval(context),
-            self._state.Eval(context),
-            self._tau.Eval(context),
-            joints.EFFORT,
-            self._ki,
-            self._period,
-            state.get_mutable_discrete_state(self._integral).get_mutable_value(),
+    def __init__(self, ki: Array, period: float) -> None:
+        super().__init__(
+            Declaration(
+                inputs={
+                    "state": Input(12),
+                    "state_desired": Input(12),
+                    "actuation_commanded": Input(6),
+                },
+                memory={"acceleration": Memory(6, port=True)},
+                parameters={"effort": joints.EFFORT, "ki": ki, "period": period},
+                period=period,
+                update=integrate_error,
+                with_plant=True,
+            )
         )
 
 
-class FiniteStates(LeafSystem):
+@njit(cache=True)
+def pass_state(state: Array, state_checked: Array) -> None:
+    """Copy a state (12,)."""
+    state_checked[:] = state
+
+
+@njit(cache=True)
+def pass_state_desired(state_desired: Array, state_desired_checked: Array) -> None:
+    """Copy a reference (12,)."""
+    state_desired_checked[:] = state_desired
+
+
+class FiniteStates(Block):
     """Lets states pass, and stops the run where one is not a number.
 
     It stands before the law, as the Simulator would try for ever to integrate a NaN.
 
-    Input ports:
-        state (12): q, v measured [m, rad, m/s, rad/s]
-        state_desired (12): q, v references
-    Output ports, each a function of its input:
-        state_checked (12), state_desired_checked (12): the same; evaluating one raises a
-            RuntimeError that names the input port
+    Ports:
+        input state (12) [m, rad, m/s, rad/s]: q, v measured.
+        input state_desired (12): q, v references.
+        output state_checked (12): state.
+        output state_desired_checked (12): state_desired.
+
+    Each output is a function of its input alone; evaluating one raises a RuntimeError that names
+    the input port.
     """
 
     def __init__(self) -> None:
-        super().__init__()
-        for name in ("state", "state_desired"):
-            port = self.DeclareVectorInputPort(name, 12)
-            self.DeclareVectorOutputPort(
-                f"{name}_checked",
-                12,
-                partial(self._check, port),
-                prerequisites_of_calc={port.ticket()},
+        super().__init__(
+            Declaration(
+                inputs={
+                    "state": Input(12, finite=True),
+                    "state_desired": Input(12, finite=True),
+                },
+                outputs={
+                    "state_checked": Output(12, pass_state),
+                    "state_desired_checked": Output(12, pass_state_desired),
+                },
             )
-
-    def _check(self, port: InputPort, context: Context, output: BasicVector) -> None:
-        values = port.Eval(context)
-        if not all_finite(values, values):
-            check_finite(self, context, (port,))
-        output.SetFromVector(values)
+        )
 
 
 def make_inverse_dynamics(gains: InverseDynamics, period: float) -> Diagram:

@@ -26,14 +26,35 @@ perturbation that grows by r per second is seen 3 r / p late. The noise of Psi^ 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.common.layout import Rows
+
 Array = NDArray[np.float64]
 
-# Rows of the gains (4, n): of the position, the velocity and the perturbation, and the layer.
-POSITION, VELOCITY, PERTURBATION, EPS = range(4)
+
+class ObserverGains(NamedTuple):
+    """What an error in the position corrects, each row (n,).
+
+    Attributes:
+        position: [1].
+        velocity: [1/s].
+        perturbation: [1/s²].
+        eps: layer [m, rad].
+    """
+
+    position: Array
+    velocity: Array
+    perturbation: Array
+    eps: Array
+
+
+OBSERVER_GAINS = Rows(ObserverGains)
+observer_gains_of = OBSERVER_GAINS.reader()
 
 
 def observer_gains(pole: ArrayLike, eps: ArrayLike, period: float) -> Array:
@@ -47,13 +68,11 @@ def observer_gains(pole: ArrayLike, eps: ArrayLike, period: float) -> Array:
     decay = np.exp(-period * np.asarray(pole, dtype=np.float64))
     # -expm1 is 1 - b without the loss of digits where p T_s is small.
     step = -np.expm1(-period * np.asarray(pole, dtype=np.float64))
-    return np.array(
-        [
-            step * (1.0 + decay + decay**2),
-            1.5 * step**2 * (1.0 + decay) / period,
-            step**3 / period**2,
-            np.asarray(eps, dtype=np.float64),
-        ]
+    return OBSERVER_GAINS.pack(
+        position=step * (1.0 + decay + decay**2),
+        velocity=1.5 * step**2 * (1.0 + decay) / period,
+        perturbation=step**3 / period**2,
+        eps=eps,
     )
 
 
@@ -72,13 +91,14 @@ def observer_step(
         x2: of the velocity [m/s, rad/s].
         psi: of the perturbation [m/s², rad/s²].
     """
+    g = observer_gains_of(gains)
     for i in range(psi.size):
         acceleration = u[i] + psi[i]
         predicted = x1[i] + period * (x2[i] + 0.5 * period * acceleration)
-        error = min(max(position[i] - predicted, -gains[EPS, i]), gains[EPS, i])  # eps sat(x~1/eps)
-        x1[i] = predicted + gains[POSITION, i] * error
-        x2[i] += period * acceleration + gains[VELOCITY, i] * error
-        psi[i] += gains[PERTURBATION, i] * error
+        error = min(max(position[i] - predicted, -g.eps[i]), g.eps[i])  # eps sat(x~1/eps)
+        x1[i] = predicted + g.position[i] * error
+        x2[i] += period * acceleration + g.velocity[i] * error
+        psi[i] += g.perturbation[i] * error
 
 
 @njit(cache=True)
@@ -96,9 +116,10 @@ def lag_step(u: Array, gains: Array, period: float, x1: Array, x2: Array, lagged
         x2: memory.
         lagged: F(u).
     """
+    g = observer_gains_of(gains)
     for i in range(u.size):
         change = lagged[i] - u[i]
         predicted = x1[i] + period * (x2[i] + 0.5 * period * change)
-        x1[i] = predicted - gains[POSITION, i] * predicted
-        x2[i] += period * change - gains[VELOCITY, i] * predicted
-        lagged[i] -= gains[PERTURBATION, i] * predicted
+        x1[i] = predicted - g.position[i] * predicted
+        x2[i] += period * change - g.velocity[i] * predicted
+        lagged[i] -= g.perturbation[i] * predicted

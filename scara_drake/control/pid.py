@@ -14,25 +14,66 @@ Integral sliding mode control is this law as long as its s stays inside the boun
 so a PID with these gains is what that law has to be measured against.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiscreteValues
 
 from scara_drake import joints, robot
-from scara_drake.common import checks
-from scara_drake.common.state import declare_state
-from scara_drake.control import integral_sliding_mode as ismc
+from scara_drake.common.block import Memory
+from scara_drake.common.fields import vector
+from scara_drake.common.layout import Rows
+from scara_drake.control import ismc_law as ismc
 from scara_drake.control.chatter import LIMIT
-from scara_drake.control.controller import JointController, limit_effort
+from scara_drake.control.controller import JointController, Law, limit_effort, release
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.robot import chatter_number
 
 Array = NDArray[np.float64]
 
-# Rows of the array (5, n) of gains, one column a joint.
-KP, KI, KD, M_HAT, EFFORT = range(5)
+
+class Gains(NamedTuple):
+    """Gains of the law, each row (n,).
+
+    Attributes:
+        kp: [1/s²].
+        ki: [1/s³].
+        kd: [1/s].
+        m_hat: [kg, kg m²].
+        effort: limit [N, N m].
+        period: T_s [s], the same for all joints.
+    """
+
+    kp: Array
+    ki: Array
+    kd: Array
+    m_hat: Array
+    effort: Array
+    period: Array
+
+
+GAINS = Rows(Gains)
+gains_of = GAINS.reader()
+
+
+@njit(cache=True)
+def pid_effort(
+    error: Array,
+    error_rate: Array,
+    gains: Array,
+    integral: Array,
+    tau: Array,
+    tau_limited: Array,
+    saturation: Array,
+) -> None:
+    """Write the effort of one sample; arguments as `pid_law`, but the integral is only read."""
+    g = gains_of(gains)
+    for i in range(error.size):
+        a = g.kp[i] * error[i] + integral[i] + g.kd[i] * error_rate[i]
+        tau[i] = g.m_hat[i] * a
+    limit_effort(tau, g.effort, np.zeros(error.size), tau_limited, saturation)
 
 
 @njit(cache=True)
@@ -40,7 +81,6 @@ def pid_law(
     error: Array,
     error_rate: Array,
     gains: Array,
-    period: float,
     integral: Array,
     tau: Array,
     tau_limited: Array,
@@ -53,28 +93,26 @@ def pid_law(
     Args:
         error: e [m, rad].
         error_rate: e' [m/s, rad/s].
-        gains: (5, n), rows kp, ki, kd, m_hat and the effort limit.
-        period: [s].
+        gains: (6, n), see `Gains`.
         integral: ki int e [m/s², rad/s²], in place; the sum up to the sample before this one.
         tau: effort before the limits [N, N m].
         tau_limited: effort within the limits.
         saturation: see `limit_effort`.
     """
-    for i in range(error.size):
-        a = gains[KP, i] * error[i] + integral[i] + gains[KD, i] * error_rate[i]
-        tau[i] = gains[M_HAT, i] * a
-    limit_effort(tau, gains[EFFORT], np.zeros(error.size), tau_limited, saturation)
+    pid_effort(error, error_rate, gains, integral, tau, tau_limited, saturation)
+    g = gains_of(gains)
     for i in range(error.size):
         if saturation[i] == 0.0 or tau[i] * error[i] < 0.0:
-            integral[i] += period * gains[KI, i] * error[i]
+            integral[i] += g.period[i] * g.ki[i] * error[i]
 
 
 @njit(cache=True)
 def pid_start(error: Array, error_rate: Array, gains: Array, integral: Array) -> None:
     """Write the integral (n,) with which the effort begins at zero; zero where there is none."""
+    g = gains_of(gains)
     for i in range(error.size):
-        if gains[KI, i] > 0.0:
-            integral[i] = -gains[KP, i] * error[i] - gains[KD, i] * error_rate[i]
+        if g.ki[i] > 0.0:
+            integral[i] = -g.kp[i] * error[i] - g.kd[i] * error_rate[i]
         else:
             integral[i] = 0.0
 
@@ -94,43 +132,84 @@ def tracking_errors(
         error_rate[i] = rate - state[n + i]
 
 
+@njit(cache=True)
+def pid_initialize(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    integral: Array,
+    actuation_commanded: Array,
+    actuation: Array,
+    saturation: Array,
+) -> None:
+    """Begin without an effort; both states are of one instant."""
+    error, error_rate = np.empty(integral.size), np.empty(integral.size)
+    tracking_errors(state_desired, state, 0.0, error, error_rate)
+    pid_start(error, error_rate, gains, integral)
+    pid_effort(error, error_rate, gains, integral, actuation_commanded, actuation, saturation)
+
+
+@njit(cache=True)
+def pid_update(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    integral: Array,
+    actuation_commanded: Array,
+    actuation: Array,
+    saturation: Array,
+) -> None:
+    """Apply the law; the reference is one period old."""
+    error, error_rate = np.empty(integral.size), np.empty(integral.size)
+    tracking_errors(state_desired, state, gains_of(gains).period[0], error, error_rate)
+    pid_law(error, error_rate, gains, integral, actuation_commanded, actuation, saturation)
+
+
+@njit(cache=True)
+def pid_rest(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    integral: Array,
+    actuation_commanded: Array,
+    actuation: Array,
+    saturation: Array,
+) -> None:
+    """Keep the integral where the effort would begin at zero; the reference is one period old."""
+    error, error_rate = np.empty(integral.size), np.empty(integral.size)
+    tracking_errors(state_desired, state, gains_of(gains).period[0], error, error_rate)
+    pid_start(error, error_rate, gains, integral)
+    release(actuation_commanded, actuation, saturation)
+
+
 @dataclass
 class Pid:
     """Gains per joint; the defaults equal integral sliding mode control with Table 12.
 
     Attributes:
-        kp: of the error [1/s²].
-        ki: of its integral [1/s³].
-        kd: of its rate [1/s].
+        kp: of the error.
+        ki: of its integral.
+        kd: of its rate.
         allow_chatter: gains that break the rule of `check_sampling` are accepted.
     """
 
-    kp: list[float] = field(
-        default_factory=lambda: [107500.0, 27500.0, 27500.0, 16800.0, 5400.0, 3200.0]
+    kp: list[float] = vector(
+        [107500.0, 27500.0, 27500.0, 16800.0, 5400.0, 3200.0], "1/s²", 0.0, symbol="kp"
     )
-    ki: list[float] = field(default_factory=lambda: [3.75e6, 750e3, 750e3, 360e3, 40e3, 20e3])
-    kd: list[float] = field(default_factory=lambda: [650.0, 250.0, 250.0, 195.0, 140.0, 120.0])
+    ki: list[float] = vector([3.75e6, 750e3, 750e3, 360e3, 40e3, 20e3], "1/s³", 0.0, symbol="ki")
+    kd: list[float] = vector([650.0, 250.0, 250.0, 195.0, 140.0, 120.0], "1/s", 0.0, symbol="kd")
     allow_chatter: bool = False
 
     @classmethod
-    def from_sliding_mode(cls, gains: ismc.IntegralSlidingMode) -> "Pid":
+    def from_sliding_mode(cls, gains: IntegralSlidingMode) -> "Pid":
         """Return the PID that integral sliding mode control with `gains` is inside its layer."""
-        array = gains.array()
-        c, k, slope = array[ismc.C], array[ismc.K], array[ismc.RHO] / array[ismc.PHI]
-        scale = array[ismc.M_HAT] / robot.nominal_inertias()
+        g = ismc.GAINS.unpack(gains.array())
+        c, k, slope = g.c, g.k, g.rho / g.phi
+        scale = g.m_hat / robot.nominal_inertias()
         kd = scale * (k + slope)
         kp = kd * c + scale * k * slope
         ki = scale * k * c * slope
         return cls(kp.tolist(), ki.tolist(), kd.tolist(), gains.allow_chatter)
-
-    def validate(self, name: str) -> None:
-        """Check the gains; `name` is the field's path in the scenario.
-
-        Raises:
-            ValueError: a gain is negative or not finite.
-        """
-        for gain in ("kp", "ki", "kd"):
-            checks.vector(f"{name}.{gain}", getattr(self, gain), 6, 0.0)
 
     def check_sampling(self, name: str, period: float) -> None:
         """Check that the gains do not chatter at this period [s].
@@ -140,9 +219,8 @@ class Pid:
         Raises:
             ValueError: the rule of `chatter` is broken by that sum, and `allow_chatter` is not set.
         """
-        gains = self.array()
-        slope = gains[M_HAT] * (gains[KD] + 0.5 * period * gains[KP])
-        number = chatter_number(slope, period)
+        g = GAINS.unpack(self.array(period))
+        number = chatter_number(g.m_hat * (g.kd + 0.5 * period * g.kp), period)
         if number >= LIMIT and not self.allow_chatter:
             raise ValueError(
                 f"{name}: chatters, T_s max lambda(M^-1 m_hat (kd + kp T_s / 2)) = {number:.3g} at "
@@ -150,10 +228,16 @@ class Pid:
                 f"{name}.allow_chatter)"
             )
 
-    def array(self) -> Array:
-        """Return the gains as `pid_law` takes them (5, 6)."""
-        rows = [self.kp, self.ki, self.kd, robot.nominal_inertias(), joints.EFFORT]
-        return np.array(rows, dtype=np.float64)
+    def array(self, period: float) -> Array:
+        """Return the gains as `pid_law` takes them (6, 6); the period in [s]."""
+        return GAINS.pack(
+            kp=self.kp,
+            ki=self.ki,
+            kd=self.kd,
+            m_hat=robot.nominal_inertias(),
+            effort=joints.EFFORT,
+            period=period,
+        )
 
     def make_system(self, period: float) -> "PidController":
         """Return a controller with these gains, the robot's nominal inertias and efforts."""
@@ -164,37 +248,19 @@ class PidController(JointController):
     """PID control of the six joints.
 
     Ports: those of `JointController`; `saturation` has no layer to tell of.
-    Update (every period): see `pid_law`; the reference is carried one period along its velocity.
-    Initial, and while not engaged: the integral with which the effort begins at zero.
+
+    Update, at t = k period: see `pid_law`, with the reference carried one period along its
+    velocity. Initial, and while not engaged: the integral with which the effort begins at zero.
 
     Args:
         gains: checked.
         period: [s].
     """
 
-    def __init__(self, gains: Pid, period: float = 1e-3):
-        super().__init__(period)
-        self._gains = gains.array()
-        self._integral = declare_state(self, 6)
-
-    def start(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
-        """Begin without an effort; both states are of one instant."""
-        error, error_rate = np.empty((2, 6))
-        tracking_errors(desired, state, 0.0, error, error_rate)
-        integral, *results = self._results(discrete)
-        pid_start(error, error_rate, self._gains, integral)
-        pid_law(error, error_rate, self._gains, 0.0, integral, *results)
-
-    def sample(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
-        """Apply the law; the reference is one period old."""
-        error, error_rate = np.empty((2, 6))
-        tracking_errors(desired, state, self.period, error, error_rate)
-        pid_law(error, error_rate, self._gains, self.period, *self._results(discrete))
-
-    def _results(self, discrete: DiscreteValues) -> tuple[Array, ...]:
-        return (
-            discrete.get_mutable_value(self._integral),
-            discrete.get_mutable_value(self.tau),
-            discrete.get_mutable_value(self.tau_limited),
-            discrete.get_mutable_value(self.saturation),
+    def __init__(self, gains: Pid, period: float = 1e-3) -> None:
+        super().__init__(
+            period,
+            Law(update=pid_update, initialize=pid_initialize, rest=pid_rest),
+            parameters={"gains": gains.array(period)},
+            memory={"integral": Memory(6)},
         )

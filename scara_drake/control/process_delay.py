@@ -8,6 +8,7 @@ d(t) = 100 cos t, into the loop, without units and without saying where. They ca
 - C: a delay zeta of the command on its way to the controller, in samples of 1 ms.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any, Final
@@ -15,7 +16,6 @@ from typing import Any, Final
 from scara_drake import joints
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.common import checks
-from scara_drake.common.fields import check
 
 AMPLITUDE = 100.0  # of zeta and d; in B in units of u [m/s², rad/s²]
 SAMPLE = 1e-3  # [s]
@@ -42,21 +42,19 @@ class ProcessDelay:
     measurement: ConstantDelay | SineDelay | None = None
     reference: ConstantDelay | SineDelay | None = None
 
-    def validate(self, name: str) -> None:
-        """Check the delays; `name` is the path in the scenario.
+    def check_together(self, name: str) -> None:
+        """Check that no delay is longer than 2.5 s.
 
         Raises:
-            ValueError: a number out of its range, or a delay of more than 2.5 s.
+            ValueError: one is.
         """
-        for signal in ("actuation", "measurement", "reference"):
-            delay = getattr(self, signal)
-            if delay is not None:
-                check(delay, f"{name}.{signal}")
-                if delay.maximum() > LONGEST:
-                    raise ValueError(
-                        f"{name}.{signal}: a delay of up to {delay.maximum():g} s, allowed 0 to "
-                        f"{LONGEST:g} s"
-                    )
+        for field in dataclasses.fields(self):
+            delay = getattr(self, field.name)
+            if delay is not None and delay.maximum() > LONGEST:
+                raise ValueError(
+                    f"{name}.{field.name}: a delay of up to {delay.maximum():g} s, allowed 0 to "
+                    f"{LONGEST:g} s"
+                )
 
 
 def perturbation_reading(joint: str | None = None, amplitude: float = AMPLITUDE) -> dict[str, Any]:

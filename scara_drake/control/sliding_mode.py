@@ -9,24 +9,46 @@ Inside the boundary layer that is a PD law: a constant perturbation d [m/s², ra
 steady error phi d / (rho c), for there is no integral. Outside it sigma has to be reached first.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiscreteValues
 
 from scara_drake import joints, robot
-from scara_drake.common import checks
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Memory
+from scara_drake.common.fields import ABOVE_ZERO, vector
+from scara_drake.common.layout import Rows
 from scara_drake.control.chatter import check_chatter
-from scara_drake.control.controller import JointController, limit_effort
-from scara_drake.control.integral_sliding_mode import sliding_surface
+from scara_drake.control.controller import JointController, Law, limit_effort, release
+from scara_drake.control.ismc_law import sliding_surface
 
 Array = NDArray[np.float64]
 
-# Rows of the array (5, n) of gains, one column a joint.
-C, RHO, PHI, M_HAT, EFFORT = range(5)
+
+class Gains(NamedTuple):
+    """Gains of the law, each row (n,).
+
+    Attributes:
+        c: [1/s].
+        rho: [m/s², rad/s²].
+        phi: [m/s, rad/s].
+        m_hat: [kg, kg m²].
+        effort: limit [N, N m].
+        period: T_s [s], the same for all joints.
+    """
+
+    c: Array
+    rho: Array
+    phi: Array
+    m_hat: Array
+    effort: Array
+    period: Array
+
+
+GAINS = Rows(Gains)
+gains_of = GAINS.reader()
 
 
 @njit(cache=True)
@@ -35,33 +57,80 @@ def smc_law(sigma: Array, gains: Array, tau: Array, tau_limited: Array, saturati
 
     Args:
         sigma: e' + c e [m/s, rad/s].
-        gains: (5, n), rows c, rho, phi, m_hat and the effort limit.
+        gains: (6, n), see `Gains`.
         tau: effort before the limits [N, N m].
         tau_limited: effort within the limits.
         saturation: see `limit_effort`.
     """
+    g = gains_of(gains)
     outside = np.empty(sigma.size)
     for i in range(sigma.size):
-        ratio = sigma[i] / gains[PHI, i]
+        ratio = sigma[i] / g.phi[i]
         outside[i] = abs(ratio)
-        tau[i] = gains[M_HAT, i] * gains[RHO, i] * min(max(ratio, -1.0), 1.0)
-    limit_effort(tau, gains[EFFORT], outside, tau_limited, saturation)
+        tau[i] = g.m_hat[i] * g.rho[i] * min(max(ratio, -1.0), 1.0)
+    limit_effort(tau, g.effort, outside, tau_limited, saturation)
 
 
 @njit(cache=True)
-def smc_sample(
+def smc_initialize(
     state_desired: Array,
     state: Array,
     gains: Array,
-    lead: float,
-    sigma: Array,
-    tau: Array,
-    tau_limited: Array,
+    sliding_variable: Array,
+    actuation_commanded: Array,
+    actuation: Array,
     saturation: Array,
 ) -> None:
-    """Compare the states (12,), with the reference carried `lead` [s], and apply the law."""
-    sliding_surface(state_desired, state, gains[C], lead, sigma)
-    smc_law(sigma, gains, tau, tau_limited, saturation)
+    """Apply the law to two states of one instant."""
+    sliding_surface(state_desired, state, gains_of(gains).c, 0.0, sliding_variable)
+    smc_law(sliding_variable, gains, actuation_commanded, actuation, saturation)
+
+
+@njit(cache=True)
+def smc_update(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    sliding_variable: Array,
+    actuation_commanded: Array,
+    actuation: Array,
+    saturation: Array,
+) -> None:
+    """Apply the law; the reference is one period old."""
+    g = gains_of(gains)
+    sliding_surface(state_desired, state, g.c, g.period[0], sliding_variable)
+    smc_law(sliding_variable, gains, actuation_commanded, actuation, saturation)
+
+
+@njit(cache=True)
+def smc_rest(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    sliding_variable: Array,
+    actuation_commanded: Array,
+    actuation: Array,
+    saturation: Array,
+) -> None:
+    """Show sigma, without an effort; the reference is one period old."""
+    g = gains_of(gains)
+    sliding_surface(state_desired, state, g.c, g.period[0], sliding_variable)
+    release(actuation_commanded, actuation, saturation)
+
+
+@njit(cache=True)
+def smc_rest_initialize(
+    state_desired: Array,
+    state: Array,
+    gains: Array,
+    sliding_variable: Array,
+    actuation_commanded: Array,
+    actuation: Array,
+    saturation: Array,
+) -> None:
+    """Show sigma, without an effort; both states are of one instant."""
+    sliding_surface(state_desired, state, gains_of(gains).c, 0.0, sliding_variable)
+    release(actuation_commanded, actuation, saturation)
 
 
 @dataclass
@@ -72,26 +141,20 @@ class SlidingMode:
     sigma as that of the integral law, hence as far from chatter.
 
     Attributes:
-        c: slope of the sliding surface [1/s].
-        rho: gain of the discontinuous part [m/s², rad/s²].
-        phi: boundary layer of sigma [m/s, rad/s].
+        c: slope of the sliding surface.
+        rho: gain of the discontinuous part.
+        phi: boundary layer of sigma.
         allow_chatter: gains that break the rule of `chatter` are accepted.
     """
 
-    c: list[float] = field(default_factory=lambda: [50.0, 50.0, 50.0, 40.0, 10.0, 10.0])
-    rho: list[float] = field(default_factory=lambda: [650.0, 250.0, 250.0, 195.0, 140.0, 120.0])
-    phi: list[float] = field(default_factory=lambda: [1.0] * 6)
+    c: list[float] = vector(
+        [50.0, 50.0, 50.0, 40.0, 10.0, 10.0], "1/s", 0.0, symbol="c", equation="(28)"
+    )
+    rho: list[float] = vector(
+        [650.0, 250.0, 250.0, 195.0, 140.0, 120.0], "m/s² | rad/s²", 0.0, symbol="rho"
+    )
+    phi: list[float] = vector([1.0] * 6, "m/s | rad/s", ABOVE_ZERO, symbol="phi")
     allow_chatter: bool = False
-
-    def validate(self, name: str) -> None:
-        """Check the gains; `name` is the field's path in the scenario.
-
-        Raises:
-            ValueError: a gain is negative or not finite, or phi is not positive.
-        """
-        checks.vector(f"{name}.c", self.c, 6, 0.0)
-        checks.vector(f"{name}.rho", self.rho, 6, 0.0)
-        checks.vector(f"{name}.phi", self.phi, 6, checks.ABOVE_ZERO)
 
     def check_sampling(self, name: str, period: float) -> None:
         """Check that the gains do not chatter at this period [s].
@@ -100,13 +163,19 @@ class SlidingMode:
             ValueError: they do, and `allow_chatter` is not set; gives the smallest phi.
         """
         if not self.allow_chatter:
-            gains = self.array()
-            check_chatter(name, gains[M_HAT], np.zeros(6), gains[RHO], gains[PHI], period)
+            g = GAINS.unpack(self.array(period))
+            check_chatter(name, g.m_hat, np.zeros(6), g.rho, g.phi, period)
 
-    def array(self) -> Array:
-        """Return the gains as `smc_law` takes them (5, 6)."""
-        rows = [self.c, self.rho, self.phi, robot.nominal_inertias(), joints.EFFORT]
-        return np.array(rows, dtype=np.float64)
+    def array(self, period: float) -> Array:
+        """Return the gains as `smc_law` takes them (6, 6); the period in [s]."""
+        return GAINS.pack(
+            c=self.c,
+            rho=self.rho,
+            phi=self.phi,
+            m_hat=robot.nominal_inertias(),
+            effort=joints.EFFORT,
+            period=period,
+        )
 
     def make_system(self, period: float) -> "SlidingModeController":
         """Return a controller with these gains, the robot's nominal inertias and efforts."""
@@ -116,33 +185,26 @@ class SlidingMode:
 class SlidingModeController(JointController):
     """Conventional sliding mode control of the six joints.
 
-    Ports: those of `JointController`, and the output, discrete state:
-        sliding_variable (6): sigma [m/s, rad/s]
-    Update (every period): see `smc_law`; the reference is carried one period along its velocity.
-    Initial: the law at that instant; it has no memory.
+    Ports: those of `JointController`, and
+        output sliding_variable (6) [m/s, rad/s]: sigma.
+
+    Update, at t = k period: see `smc_law`, with the reference carried one period along its
+    velocity. Initial: the law at that instant; it has no memory.
 
     Args:
         gains: checked.
         period: [s].
     """
 
-    def __init__(self, gains: SlidingMode, period: float = 1e-3):
-        super().__init__(period)
-        self._gains = gains.array()
-        self._sigma = declare_state(self, 6, "sliding_variable")
-
-    def start(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
-        """Apply the law to two states of one instant."""
-        smc_sample(desired, state, self._gains, 0.0, *self._results(discrete))
-
-    def sample(self, desired: Array, state: Array, discrete: DiscreteValues) -> None:
-        """Apply the law; the reference is one period old."""
-        smc_sample(desired, state, self._gains, self.period, *self._results(discrete))
-
-    def _results(self, discrete: DiscreteValues) -> tuple[Array, ...]:
-        return (
-            discrete.get_mutable_value(self._sigma),
-            discrete.get_mutable_value(self.tau),
-            discrete.get_mutable_value(self.tau_limited),
-            discrete.get_mutable_value(self.saturation),
+    def __init__(self, gains: SlidingMode, period: float = 1e-3) -> None:
+        super().__init__(
+            period,
+            Law(
+                update=smc_update,
+                initialize=smc_initialize,
+                rest=smc_rest,
+                rest_initialize=smc_rest_initialize,
+            ),
+            parameters={"gains": gains.array(period)},
+            memory={"sliding_variable": Memory(6, port=True)},
         )

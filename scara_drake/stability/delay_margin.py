@@ -17,26 +17,18 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake.control.integral_sliding_mode import (
-    CLAMP,
-    EFFORT,
-    M_HAT,
-    PHI,
-    RHO,
-    C,
-    IntegralSlidingMode,
-    K,
-    ismc_law,
-)
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.robot import inverse_mass_matrices
+from scara_drake.stability.joint_alone import make_rig, simulate
 
 Array = NDArray[np.float64]
 
 LONGEST = 0.05  # [s], up to which an onset is looked for
 KICK = 1e-9  # [m, rad]; far inside the layer
+BLOCKS, TICKS = 20, 500  # of a simulated joint, of which the largest |x| is compared
 
 
 def crossover(
@@ -89,7 +81,7 @@ def delay_margin(
     return margin / crossover(c, k, rho, phi, mass_ratio) - 0.5 * period
 
 
-def sampled_loop(inverse_mass: Array, gains: Array, period: float, delay: float) -> Array:
+def sampled_loop(inverse_mass: Array, gains: Array, delay: float) -> Array:
     """Matrix of one period of the sampled loop in the layer, exact for a held effort.
 
     The efforts reach the plant M q'' = tau after the delay, a whole number of periods and a
@@ -97,17 +89,18 @@ def sampled_loop(inverse_mass: Array, gains: Array, period: float, delay: float)
 
     Args:
         inverse_mass: M^-1 (n, n) [1/kg, 1/(kg m²)].
-        gains: (7, n), see `ismc_law`.
-        period: T_s [s].
+        gains: (8, n), see `ismc_law`; the period is in them.
         delay: [s], 0 or more.
     """
     n = inverse_mass.shape[0]
+    g = GAINS.unpack(gains)
+    period = float(g.period[0])
     whole = math.floor(delay / period)
     late = delay - whole * period  # until then the effort of one period before acts
     eye = np.eye(n)
-    r = gains[RHO] / gains[PHI]
-    on_v = -np.diag(gains[M_HAT] * (gains[K] + r))
-    effort = np.hstack([on_v * gains[C], on_v, -np.diag(gains[M_HAT] * r)])
+    r = g.rho / g.phi
+    on_v = -np.diag(g.m_hat * (g.k + r))
+    effort = np.hstack([on_v * g.c, on_v, -np.diag(g.m_hat * r)])
 
     size = 3 * n + n * (whole + 1)
     on_the_way = [slice((3 + i) * n, (4 + i) * n) for i in range(whole + 1)]  # latest first
@@ -122,99 +115,58 @@ def sampled_loop(inverse_mass: Array, gains: Array, period: float, delay: float)
     step[q, q], step[q, v], step[v, v], step[z, z] = eye, period * eye, eye, eye
     step[v] += inverse_mass @ (late * first + rest * second)
     step[q] += inverse_mass @ (late * (0.5 * late + rest) * first + 0.5 * rest**2 * second)
-    step[z, q] = np.diag(period * gains[K] * gains[C])
-    step[z, v] = np.diag(period * gains[K])
+    step[z, q] = np.diag(period * g.k * g.c)
+    step[z, v] = np.diag(period * g.k)
     for part, row in zip(on_the_way, queue, strict=False):
         step[part] = row
     return step
 
 
-def spectral_radius(inverse_mass: Array, gains: Array, period: float, delay: float) -> float:
+def spectral_radius(inverse_mass: Array, gains: Array, delay: float) -> float:
     """Growth of `sampled_loop` in a period; the loop is stable below 1."""
-    return float(np.abs(np.linalg.eigvals(sampled_loop(inverse_mass, gains, period, delay))).max())
+    return float(np.abs(np.linalg.eigvals(sampled_loop(inverse_mass, gains, delay))).max())
 
 
-def onset(inverse_mass: Array, gains: Array, period: float) -> float:
+def onset(inverse_mass: Array, gains: Array) -> float:
     """Least delay [s] at which the sampled loop begins to grow, to 1 µs.
 
     Zero if it grows without a delay, infinite if it bears `LONGEST`. Arguments as `sampled_loop`.
     """
-    return _least(lambda delay: spectral_radius(inverse_mass, gains, period, delay) > 1.0, period)
+    period = float(GAINS.unpack(gains).period[0])
+    return _least(lambda delay: spectral_radius(inverse_mass, gains, delay) > 1.0, period)
 
 
-def simulated_onset(mass_ratio: float, gains: Array, period: float) -> float:
+def simulated_onset(mass_ratio: float, gains: Array) -> float:
     """The same for one joint by running the law, see `grows`; to 1 µs.
 
     Args:
         mass_ratio: plant gain b = m_hat / M.
-        gains: column (7,) of the joint, see `ismc_law`.
-        period: T_s [s].
+        gains: of the joint (8, 1), see `ismc_law`; the period is in them.
     """
-    return _least(lambda delay: grows(mass_ratio, gains, period, delay), period)
+    period = float(GAINS.unpack(gains).period[0])
+    return _least(lambda delay: grows(mass_ratio, gains, delay), period)
 
 
-def grows(mass_ratio: float, gains: Array, period: float, delay: float) -> bool:
+def grows(mass_ratio: float, gains: Array, delay: float) -> bool:
     """Whether a small kick of one joint grows, under the law itself with a delayed effort.
 
     Arguments as `simulated_onset`, and the delay [s].
     """
-    column = gains[:, np.newaxis].copy()
-    column[EFFORT], column[CLAMP] = np.inf, np.inf
-    peaks = np.empty(20)
-    inverse_mass = mass_ratio / float(gains[M_HAT])
-    run_joint(column, inverse_mass, period, delay, KICK, 500, peaks)
+    free = gains.copy()
+    g = GAINS.unpack(free)
+    g.effort[:], g.clamp[:] = np.inf, np.inf
+    rig = make_rig(inertia=g.m_hat / mass_ratio, delay=delay)
+    at_rest = np.zeros((BLOCKS * TICKS + 1, 2, 1))
+    x = simulate("ISMC", free, rig, at_rest, start=KICK).x[1:]
+    peaks = np.abs(x).reshape(BLOCKS, TICKS).max(axis=1)
     # Where it grows fast, the largest effort of u1 soon bounds it.
     return bool(peaks.max() > 100.0 * KICK or peaks[-1] > peaks[1])
-
-
-@njit(cache=True)
-def run_joint(
-    gains: Array,
-    inverse_mass: float,
-    period: float,
-    delay: float,
-    kick: float,
-    ticks: int,
-    peaks: Array,
-) -> None:
-    """Run M q'' = tau from q = kick with the law; write the largest |q| of each block of ticks.
-
-    Args:
-        gains: (7, 1), see `ismc_law`.
-        inverse_mass: [1/kg, 1/(kg m²)].
-        period: T_s [s].
-        delay: of the effort [s].
-        kick: [m, rad].
-        ticks: of a block.
-        peaks: (blocks,), written.
-    """
-    whole = int(np.floor(delay / period))
-    late = delay - whole * period
-    rest = period - late
-    queue = np.zeros(whole + 2)  # efforts, latest first
-    sigma, z, s, none = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1)
-    tau, limited, saturation = np.zeros(1), np.zeros(1), np.zeros(1)
-    q, v = kick, 0.0
-    z[0] = -gains[0, 0] * q
-    for block in range(peaks.size):
-        peaks[block] = 0.0
-        for _ in range(ticks):
-            sigma[0] = -v - gains[0, 0] * q
-            ismc_law(sigma, gains, period, none, z, s, tau, limited, saturation)
-            for i in range(whole + 1, 0, -1):
-                queue[i] = queue[i - 1]
-            queue[0] = limited[0]
-            for length, effort in ((late, queue[whole + 1]), (rest, queue[whole])):
-                acceleration = inverse_mass * effort
-                q += length * (v + 0.5 * length * acceleration)
-                v += length * acceleration
-            peaks[block] = max(peaks[block], abs(q))
 
 
 def mass_ratios(controller: IntegralSlidingMode) -> tuple[Array, Array]:
     """Least and largest m_hat / M_ii(q) of each joint (6,) over the postures of `chatter`."""
     diagonal = np.linalg.inv(inverse_mass_matrices()).diagonal(axis1=1, axis2=2)
-    m_hat = controller.array()[M_HAT]
+    m_hat = GAINS.unpack(controller.array()).m_hat
     return m_hat / diagonal.max(axis=0), m_hat / diagonal.min(axis=0)
 
 
@@ -226,8 +178,8 @@ def arm_onset(controller: IntegralSlidingMode, period: float, every: int = 1) ->
         period: T_s [s].
         every: takes only each so many postures.
     """
-    gains = controller.array()
-    return np.array([onset(m, gains, period) for m in inverse_mass_matrices()[::every]])
+    gains = controller.array(period)
+    return np.array([onset(m, gains) for m in inverse_mass_matrices()[::every]])
 
 
 def _least(fails: Callable[[float], bool], period: float) -> float:

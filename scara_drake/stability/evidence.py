@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from scara_drake import joints, metrics, robot
-from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario, load_scenario
 from scara_drake.simulation.run import simulate
@@ -67,18 +68,16 @@ def delays(tables: Mapping[str, IntegralSlidingMode], every: int) -> xr.Dataset:
     """Delay that each joint bears alone, at its extremes of m_hat / M, and the arm as a whole."""
     formula, exact, simulated, ratio, arm = [], [], [], [], []
     for controller in tables.values():
-        gains = controller.array()
+        gains = controller.array(PERIOD)
+        g = GAINS.unpack(gains)
         low, high = mass_ratios(controller)
         b = np.array([low, np.ones(6), high])
         ratio.append(b)
-        c, k, rho, phi = gains[C], gains[K], gains[RHO], gains[PHI]
-        formula.append(delay_margin(c, k, rho, phi, b, PERIOD))
+        formula.append(delay_margin(g.c, g.k, g.rho, g.phi, b, PERIOD))
         cells = list(np.ndindex(b.shape))
-        inverse_mass = b / gains[M_HAT]
-        exact.append(
-            [onset(inverse_mass[i, j].reshape(1, 1), gains[:, [j]], PERIOD) for i, j in cells]
-        )
-        simulated.append([simulated_onset(float(b[i, j]), gains[:, j], PERIOD) for i, j in cells])
+        inverse_mass = b / g.m_hat
+        exact.append([onset(inverse_mass[i, j].reshape(1, 1), gains[:, [j]]) for i, j in cells])
+        simulated.append([simulated_onset(float(b[i, j]), gains[:, [j]]) for i, j in cells])
         arm.append(arm_onset(controller, PERIOD, every))
     dims, shape = ("table", "inertia", "joint"), (len(tables), 3, 6)
     return xr.Dataset(
@@ -128,10 +127,10 @@ def followed(duration: float) -> xr.Dataset:
     for scenario in scenarios.values():
         recording = simulate(scenario, duration=duration)
         found = lyapunov(recording, scenario)
-        gains = sliding_mode(scenario).array()
-        share = abs(found.perturbation) / xr.DataArray(gains[RHO], dims="joint")
+        g = GAINS.unpack(sliding_mode(scenario).array())
+        share = abs(found.perturbation) / xr.DataArray(g.rho, dims="joint")
         start = abs(recording.sliding_variable.isel(time=0))
-        s = abs(recording.sliding_variable) / xr.DataArray(gains[PHI], dims="joint")
+        s = abs(recording.sliding_variable) / xr.DataArray(g.phi, dims="joint")
         each = {name: v for name, v in found.data_vars.items() if v.dims == ("joint",)}
         results.append(
             xr.Dataset(
@@ -152,7 +151,7 @@ def followed(duration: float) -> xr.Dataset:
                     ),
                     "drive_share": labelled(
                         ("joint",),
-                        joints.EFFORT / (gains[M_HAT] * gains[RHO]),
+                        joints.EFFORT / (g.m_hat * g.rho),
                         "1",
                         "effort limit of the drive / (m_hat rho)",
                     ),

@@ -31,7 +31,8 @@ from pydrake.systems.framework import BasicVector_, Context, DiagramBuilder, Lea
 from pydrake.systems.primitives import ConstantVectorSource, Linearize
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS, Gains
 from scara_drake.joints import check_configuration
 from scara_drake.robot import RobotModel, add_scara
 
@@ -68,7 +69,7 @@ def ContinuousLayer_(T):  # type: ignore[no-untyped-def]  # noqa: D103 (Drake's 
         Continuous state: z (6) [m/s, rad/s], z' = -k sigma.
         """
 
-        def _construct(self, gains: Array, converter: Any = None) -> None:
+        def _construct(self, gains: Gains, converter: Any = None) -> None:
             LeafSystem_[T].__init__(self, converter)
             self._gains = gains
             self._state = self.DeclareVectorInputPort("state", 12)
@@ -86,16 +87,16 @@ def ContinuousLayer_(T):  # type: ignore[no-untyped-def]  # noqa: D103 (Drake's 
 
         def _sigma(self, context: Context) -> Any:
             error = self._desired.Eval(context) - self._state.Eval(context)
-            return error[6:] + self._gains[C] * error[:6]
+            return error[6:] + self._gains.c * error[:6]
 
         def _calc(self, context: Context, output: Any) -> None:
             sigma, z = self._sigma(context), context.get_continuous_state_vector().CopyToVector()
             g = self._gains
-            u = g[K] * sigma + g[RHO] / g[PHI] * (sigma - z)
-            output.SetFromVector(g[M_HAT] * u)
+            u = g.k * sigma + g.rho / g.phi * (sigma - z)
+            output.SetFromVector(g.m_hat * u)
 
         def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
-            derivatives.get_mutable_vector().SetFromVector(-self._gains[K] * self._sigma(context))
+            derivatives.get_mutable_vector().SetFromVector(-self._gains.k * self._sigma(context))
 
     return Impl
 
@@ -125,7 +126,7 @@ def linearise(
         ValueError: q is not a posture within the ranges.
     """
     q = check_configuration("q", q)
-    gains = controller.array()
+    gains = GAINS.unpack(controller.array())
     plant = plant if plant is not None else continuous_plant(model)
     builder = DiagramBuilder()
     builder.AddSystem(plant)
@@ -140,10 +141,10 @@ def linearise(
     plant_context = plant.GetMyMutableContextFromRoot(context)
     plant.SetPositions(plant_context, q)
     held = -plant.CalcGravityGeneralizedForces(plant_context)
-    s = held * gains[PHI] / (gains[M_HAT] * gains[RHO])
+    s = held * gains.phi / (gains.m_hat * gains.rho)
     law.GetMyMutableContextFromRoot(context).SetContinuousState(-s)
     loop = Linearize(diagram, context, equilibrium_check_tolerance=AT_REST)
-    return Linearised(loop.A(), s, np.abs(s) / gains[PHI])
+    return Linearised(loop.A(), s, np.abs(s) / gains.phi)
 
 
 def closed_loop_poles(
@@ -218,16 +219,16 @@ def layer_matrix(
         stiffness: G (6, 6), gradient of the gravity's efforts on the joints; None is zero.
         damping: of the joints (6,) [N s/m, N m s/rad].
     """
-    g = controller.array()
-    r = g[RHO] / g[PHI]
-    on_v = -np.diag(g[M_HAT] * (g[K] + r))
-    on_q = on_v * g[C]
+    g = GAINS.unpack(controller.array())
+    r = g.rho / g.phi
+    on_v = -np.diag(g.m_hat * (g.k + r))
+    on_q = on_v * g.c
     if stiffness is not None:
         on_q = on_q + stiffness
     on_v = on_v - np.diag(np.broadcast_to(damping, 6))
     eye, none = np.eye(6), np.zeros((6, 6))
-    acceleration = np.linalg.solve(mass, np.hstack([on_q, on_v, -np.diag(g[M_HAT] * r)]))
-    memory = np.hstack([np.diag(g[K] * g[C]), np.diag(g[K]), none])
+    acceleration = np.linalg.solve(mass, np.hstack([on_q, on_v, -np.diag(g.m_hat * r)]))
+    memory = np.hstack([np.diag(g.k * g.c), np.diag(g.k), none])
     return np.vstack([np.hstack([none, eye, none]), acceleration, memory])
 
 

@@ -20,7 +20,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
-from scara_drake.control.integral_sliding_mode import M_HAT, PHI, RHO, C, IntegralSlidingMode, K
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.joints import JOINT_NAMES
 from scara_drake.plant.perturbation import perturb
 from scara_drake.recordings.labels import labelled
@@ -72,7 +73,7 @@ def lyapunov(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLike = 
     controller = sliding_mode(scenario)
     b = np.broadcast_to(np.asarray(mass_ratio, dtype=np.float64), 6)
     checks.vector("mass_ratio", b.tolist(), 6, checks.ABOVE_ZERO)
-    gains = controller.array()
+    gains = GAINS.unpack(controller.array())
     time = recording.time.values
     period = float(time[1] - time[0])
     D = perturbation(recording, scenario, b)[:-1]
@@ -80,12 +81,12 @@ def lyapunov(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLike = 
     V = 0.5 * s * s
     V_rate, V, s = np.diff(V, axis=0) / period, V[:-1], s[:-1]
 
-    outside = np.abs(s) >= gains[PHI]
-    authority = b * gains[RHO] - np.abs(D)
+    outside = np.abs(s) >= gains.phi
+    authority = b * gains.rho - np.abs(D)
     checked = outside & (authority > 0.0)
     margin = -V_rate / np.where(checked, np.abs(s) * authority, 1.0)
-    largest, worst = np.abs(s).max(axis=0), np.abs(D).max(axis=0) / (b * gains[RHO])
-    bound = np.where(worst < 1.0, gains[PHI] * worst, np.inf)
+    largest, worst = np.abs(s).max(axis=0), np.abs(D).max(axis=0) / (b * gains.rho)
+    bound = np.where(worst < 1.0, gains.phi * worst, np.inf)
     both, each = ("time", "joint"), ("joint",)
     return xr.Dataset(
         {
@@ -127,7 +128,7 @@ def perturbation(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLik
     Arguments as `lyapunov`.
     """
     controller = sliding_mode(scenario)
-    gains = controller.array()
+    gains = GAINS.unpack(controller.array())
     plant = continuous_plant(scenario.robot)
     context = plant.CreateDefaultContext()
     q, v, q_d, v_d, tau, commanded = (recording[name].values for name in NEEDED)
@@ -142,9 +143,9 @@ def perturbation(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLik
         plant.get_applied_generalized_force_input_port().FixValue(context, act)
         acceleration[i] = plant.get_generalized_acceleration_output_port().Eval(context)
     e, e_rate = q_d - q, v_d - v
-    sigma_rate = np.gradient(v_d, time, axis=0) + gains[C] * e_rate - acceleration
-    u2 = gains[K] * (e_rate + gains[C] * e)
-    return sigma_rate + u2 + np.asarray(mass_ratio) * (commanded / gains[M_HAT] - u2)
+    sigma_rate = np.gradient(v_d, time, axis=0) + gains.c * e_rate - acceleration
+    u2 = gains.k * (e_rate + gains.c * e)
+    return sigma_rate + u2 + np.asarray(mass_ratio) * (commanded / gains.m_hat - u2)
 
 
 def sliding_mode(scenario: Scenario) -> IntegralSlidingMode:

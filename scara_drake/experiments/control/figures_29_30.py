@@ -13,11 +13,11 @@ from typing import Any, Final
 
 import numpy as np
 import xarray as xr
-from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake import joints, robot
-from scara_drake.control.integral_sliding_mode import IntegralSlidingMode, ismc_law
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.control.process_delay import (
     AMPLITUDE,
     CONTROL_DELAY_READINGS,
@@ -37,7 +37,8 @@ from scara_drake.experiments.control.figures_29_30_claims import (
 )
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
-from scara_drake.simulation.run import simulate
+from scara_drake.simulation import run as simulation
+from scara_drake.stability.joint_alone import make_rig, simulate
 
 Array = NDArray[np.float64]
 
@@ -54,36 +55,35 @@ READINGS: Final[dict[str, dict[str, Any]]] = {
     "B reduced": perturbation_reading(JOINT, REDUCED),
     "C": CONTROL_DELAY_READINGS["C"],
 }
+SHARES = 10  # of a period, each with a perturbation of its own
+
 START = 1.0  # [s]: before it the drives take up the weight of the arm
 WINDOW = (2.7, 4.8)  # [s], where the paper reports the errors
 
 
-@njit(cache=True)
-def joint_alone(
-    gains: Array, amplitude: float, frequency: float, peak: float, period: float, track: Array
-) -> None:
-    """Write q_desired, q and u (n, 3) of a joint x'' = u + peak sin(t + pi / 4).
+def joint_alone(k: float, rho: float, times: Array) -> Array:
+    """Return q_desired, q and u (n, 3) of a joint x'' = u + PEAK sin(t + pi / 4).
 
     Args:
-        gains: (7, 1), see `ismc_law`; with k = 0 it is plain sliding mode control.
-        amplitude: of the reference, a sine [rad].
-        frequency: of the reference [rad/s].
-        peak: of the perturbation [rad/s²].
-        period: [s].
-        track: written.
+        k: [1/s]; with 0 the law is plain sliding mode control.
+        rho: [rad/s²].
+        times: of the samples (n,) [s].
     """
-    sigma, z, s, zero = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1)
-    u, limited, saturation = np.zeros(1), np.zeros(1), np.zeros(1)
-    q, v = 0.0, amplitude * frequency
-    for k in range(track.shape[0]):
-        t = k * period
-        q_desired = amplitude * np.sin(frequency * t)
-        v_desired = amplitude * frequency * np.cos(frequency * t)
-        sigma[0] = v_desired - v + gains[0, 0] * (q_desired - q)
-        ismc_law(sigma, gains, period, zero, z, s, u, limited, saturation)
-        track[k, 0], track[k, 1], track[k, 2] = q_desired, q, u[0]
-        v += period * (u[0] + peak * np.sin(t + np.pi / 4))
-        q += period * v
+    amplitude, frequency = SINE
+    period = float(times[1] - times[0])
+    clamp = 2.0 if k else np.inf
+    gains = GAINS.pack(
+        c=C, k=k, rho=rho, phi=1.0, m_hat=1.0, effort=np.inf, clamp=clamp, period=period
+    )
+    q = amplitude * np.sin(frequency * times)
+    rate = amplitude * frequency * np.cos(frequency * times)
+    reference = np.stack([q, rate], axis=1)[:, :, np.newaxis]
+    shares = period / SHARES * (np.arange(SHARES) + 0.5)
+    disturbance = PEAK * np.sin(times[:, np.newaxis] + shares + np.pi / 4)
+    track = simulate(
+        "ISMC", gains, make_rig(), reference, disturbance[:, :, np.newaxis], start_rate=rate[0]
+    )
+    return np.stack([q, track.x[:, 0], track.u[:, 0]], axis=-1)
 
 
 def run(seed: int = 0, duration: float = 7.0) -> Experiment:
@@ -96,7 +96,7 @@ def run(seed: int = 0, duration: float = 7.0) -> Experiment:
     runs: dict[str, list[Array]] = {reading: [] for reading in READINGS}
     for reading, overrides in READINGS.items():
         for name in CONTROLLERS:
-            recording = simulate(
+            recording = simulation.simulate(
                 load_scenario("joint_sine", {**overrides, **_controller(name), "seed": seed}),
                 duration=duration,
             ).sel(joint=JOINT)
@@ -105,10 +105,7 @@ def run(seed: int = 0, duration: float = 7.0) -> Experiment:
     times = recording.time.values
     runs[ALONE] = []
     for k, rho in CONTROLLERS.values():
-        clamp = 2.0 if k else np.inf
-        gains = np.array([[C], [k], [rho], [1.0], [1.0], [np.inf], [clamp]])
-        track = np.empty((times.size, 3))
-        joint_alone(gains, *SINE, PEAK, times[1] - times[0], track)
+        track = joint_alone(k, rho, times)
         track[:, 2] *= robot.nominal_inertias()[INDEX]
         runs[ALONE].append(track)
     values = np.array(list(runs.values()))

@@ -13,22 +13,19 @@ from typing import Final
 
 import numpy as np
 import xarray as xr
-from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.control.integral_sliding_mode import (
-    C,
-    IntegralSlidingMode,
-    ismc_law,
-    sliding_surface,
-)
-from scara_drake.control.observer_sliding_mode import ObserverSlidingMode, observer_law
+from scara_drake.control import ismc_law as ismc
+from scara_drake.control import observer_law as observed
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.perturbation_observer import observer_gains
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment
 from scara_drake.experiments.quantity import quantity
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
+from scara_drake.stability import joint_alone as joint
 
 Array = NDArray[np.float64]
 
@@ -90,66 +87,50 @@ CASES: Final[dict[str, Case]] = {
 REQUIRED: Final = "weak, 3 m_hat"
 
 
-@njit(cache=True)
-def joint_alone(
-    observed: bool,
-    gains: Array,
-    observer: Array,
-    inertia: float,
-    resolution: float,
-    noise: Array,
-    track: Array,
-) -> None:
-    """Write the error and u (n, 2) of a joint under one of the laws.
+def joint_alone(law: str, case: Case, unit_noise: Array) -> tuple[Array, Array]:
+    """Return the error and u (n,) of a joint under one of the laws.
+
+    As in the Diagram the reference is a period older than the state.
 
     Args:
-        observed: ISMC + SPO; otherwise ISMC.
-        gains: (7, 1), see `ismc_law`.
-        observer: (4, 1), see `observer_gains`.
-        inertia: M over m_hat.
-        resolution: [rad].
-        noise: of each sample (n,) [rad].
-        track: written.
+        law: of `LAWS`.
+        case: of the joint.
+        unit_noise: of each sample of the encoder (n,), of variance one.
     """
-    sigma, z, s, zero, lagged = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1)
-    u, limited, saturation = np.zeros(1), np.zeros(1), np.zeros(1)
-    memory, x2, psi = np.zeros(4), np.zeros(1), np.zeros(1)
-    state, desired = np.zeros(2), np.zeros(2)
+    gains = ismc.GAINS.pack(
+        c=case.c,
+        k=case.k,
+        rho=case.rho[LAWS.index(law)],
+        phi=1.0,
+        m_hat=1.0,
+        effort=np.inf,
+        clamp=2.0,
+        period=PERIOD,
+    )
+    if law == OBSERVER:
+        gains = observed.GAINS.pack(
+            law=gains,
+            observer=observer_gains([case.pole], [EPS], PERIOD),
+            acceleration_feedforward=0.0,
+        )
+    rig = joint.make_rig(
+        inertia=case.inertia, lead=PERIOD, resolution=case.resolution, bandwidth=BANDWIDTH
+    )
     amplitude, frequency = REFERENCE
     peak, rate = PERTURBATION
-    decay = np.exp(-BANDWIDTH * PERIOD)
-    q, v, shown = 0.0, amplitude * frequency, 0.0
-    for k in range(track.shape[0]):
-        t = k * PERIOD
-        before = shown
-        shown = q + noise[k]
-        if resolution > 0.0:
-            shown = resolution * np.rint(shown / resolution)
-        state[0] = shown
-        if resolution == 0.0 or k == 0:
-            state[1] = v
-        else:
-            slope = (shown - before) / PERIOD
-            state[1] = slope + decay * (state[1] - slope)
-        # As in the Diagram: the reference is a period older than the state.
-        angle = frequency * (t - PERIOD)
-        desired[0] = amplitude * np.sin(angle)
-        desired[1] = amplitude * frequency * np.cos(angle)
-        if observed:
-            observer_law(
-                desired, state, zero, gains, observer, PERIOD, k == 0,
-                memory, x2, psi, lagged, s, u, limited, saturation,
-            )  # fmt: skip
-        else:
-            sliding_surface(desired, state, gains[C], PERIOD, sigma)
-            if k == 0:
-                z[:] = sigma
-            ismc_law(sigma, gains, PERIOD, zero, z, s, u, limited, saturation)
-        track[k, 0] = amplitude * np.sin(frequency * t) - q
-        track[k, 1] = u[0]
-        acceleration = limited[0] / inertia + peak * np.sin(rate * t)
-        q += PERIOD * (v + 0.5 * PERIOD * acceleration)
-        v += PERIOD * acceleration
+    t = PERIOD * np.arange(unit_noise.size)
+    late = frequency * (t - PERIOD)
+    desired = [amplitude * np.sin(late), amplitude * frequency * np.cos(late)]
+    track = joint.simulate(
+        law,
+        gains,
+        rig,
+        np.stack(desired, axis=1)[:, :, np.newaxis],
+        peak * np.sin(rate * t)[:, np.newaxis, np.newaxis],
+        (case.noise * unit_noise)[:, np.newaxis],
+        start_rate=amplitude * frequency,
+    )
+    return amplitude * np.sin(frequency * t) - track.x[:, 0], track.u[:, 0]
 
 
 def run(seed: int = 0, duration: float = 10.0, contact_duration: float = 30.0) -> Experiment:
@@ -162,18 +143,12 @@ def run(seed: int = 0, duration: float = 10.0, contact_duration: float = 30.0) -
     """
     samples = round(duration / PERIOD)
     unit_noise = np.random.default_rng(seed).normal(size=samples)
-    tracks = np.empty((len(CASES), len(LAWS), samples, 2))
-    for case, by_law in zip(CASES.values(), tracks, strict=True):
-        observer = observer_gains([case.pole], [EPS], PERIOD)
-        for rho, law, track in zip(case.rho, LAWS, by_law, strict=True):
-            gains = np.array([[case.c], [case.k], [rho], [1.0], [1.0], [np.inf], [2.0]])
-            noise = case.noise * unit_noise
-            joint_alone(
-                law == OBSERVER, gains, observer, case.inertia, case.resolution, noise, track
-            )
-    late = tracks[:, :, round(START / PERIOD) :]
-    rmse = np.sqrt(np.mean(late[..., 0] ** 2, axis=-1))
-    variation = np.abs(np.diff(late[..., 1], axis=-1)).sum(axis=-1) / (duration - START)
+    tracks = np.array(
+        [[joint_alone(law, case, unit_noise) for law in LAWS] for case in CASES.values()]
+    )
+    late = tracks[..., round(START / PERIOD) :]
+    rmse = np.sqrt(np.mean(late[:, :, 0] ** 2, axis=-1))
+    variation = np.abs(np.diff(late[:, :, 1], axis=-1)).sum(axis=-1) / (duration - START)
 
     scenario = load_scenario("teleoperation", {"seed": seed})
     scenario.controller = ObserverSlidingMode()

@@ -10,23 +10,17 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake import joints, robot
 from scara_drake.common.motion import minimum_jerk, minimum_jerk_rate
-from scara_drake.control.governor import ReferenceGovernor, govern
-from scara_drake.control.integral_sliding_mode import (
-    EFFORT,
-    M_HAT,
-    RHO,
-    C,
-    IntegralSlidingMode,
-    ismc_law,
-)
+from scara_drake.control.governor import ReferenceGovernor
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.control.ismc_law import GAINS
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment
 from scara_drake.experiments.quantity import quantity
 from scara_drake.recordings.labels import labelled
+from scara_drake.stability.joint_alone import make_rig, simulate
 
 Array = NDArray[np.float64]
 
@@ -41,49 +35,6 @@ OVERSHOOT = 0.01  # of the displacement; less counts as none
 
 CLAMPS = ("clamp", "no clamp")
 PROTECTIONS = ("no clamp", "clamp", "clamp and governor")
-
-
-@njit(cache=True)
-def run_joints(
-    reference: Array,
-    perturbation: Array,
-    gains: Array,
-    bounds: Array,
-    governed: bool,
-    period: float,
-    motion: Array,
-) -> None:
-    """Simulate n joints q'' = u + d in closed loop, from rest at the first reference.
-
-    Args:
-        reference: q, v of each sample (steps, 2n).
-        perturbation: d (steps, n) [m/s², rad/s²].
-        gains: of `ismc_law` (7, n), with m_hat = 1.
-        bounds: of `govern` (2, n).
-        governed: whether the governor acts.
-        period: [s].
-        motion: q (steps, n), written.
-    """
-    steps, n = motion.shape
-    q, v = reference[0, :n].copy(), np.zeros(n)
-    offset, lost, none = np.zeros(2 * n), np.zeros(n), np.zeros(n)
-    sigma, z = np.empty(n), np.empty(n)
-    s, u, u_limited, saturation = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    for step in range(steps):
-        motion[step] = q
-        for i in range(n):
-            error = reference[step, i] + offset[i] - q[i]
-            rate = reference[step, n + i] + offset[n + i] - v[i]
-            sigma[i] = rate + gains[C, i] * error
-        if step == 0:
-            z[:] = sigma
-        ismc_law(sigma, gains, period, none, z, s, u, u_limited, saturation)
-        for i in range(n):
-            v[i] += period * (u_limited[i] + perturbation[step, i])
-            q[i] += period * v[i]
-            lost[i] = u_limited[i] - u[i]
-        if governed:
-            govern(lost, bounds, period, offset)
 
 
 def run(seed: int = 0, duration: float = 9.0) -> Experiment:
@@ -182,19 +133,19 @@ def _governed(passed: xr.DataArray) -> Claim:
 
 
 def _gains(clamped: bool, limit: Array | float) -> Array:
-    gains = IntegralSlidingMode(anti_windup=clamped).array()
-    gains[M_HAT], gains[EFFORT] = 1.0, limit
+    """Return the gains of Table 12 with m_hat = 1 and effort limits [m/s², rad/s²]."""
+    gains = IntegralSlidingMode(anti_windup=clamped).array(PERIOD)
+    g = GAINS.unpack(gains)
+    g.m_hat[:], g.effort[:] = 1.0, limit
     return gains
 
 
 def _push(time: Array, clamp: str) -> Array:
     gains = _gains(clamp == "clamp", np.inf)
     pushing = (time >= PUSH[0]) & (time < PUSH[1])
-    perturbation = pushing[:, None] * EXCESS * gains[RHO]
-    bounds, motion = ReferenceGovernor().array(), np.empty((time.size, 6))
+    perturbation = pushing[:, None] * EXCESS * GAINS.unpack(gains).rho
     at_rest = np.zeros((time.size, 12))
-    run_joints(at_rest, perturbation, gains, bounds, False, PERIOD, motion)
-    return motion
+    return motion(at_rest, gains, False, perturbation)
 
 
 def _drives() -> Array:
@@ -214,8 +165,27 @@ def _reference(time: Array) -> Array:
 
 def _move(time: Array, protection: str) -> Array:
     gains = _gains(protection != "no clamp", _drives())
-    bounds, motion = ReferenceGovernor().array(), np.empty((time.size, 6))
-    governed = protection == "clamp and governor"
-    none = np.zeros((time.size, 6))
-    run_joints(_reference(time), none, gains, bounds, governed, PERIOD, motion)
-    return motion
+    return motion(_reference(time), gains, protection == "clamp and governor")
+
+
+def motion(
+    reference: Array, gains: Array, governed: bool, perturbation: Array | None = None
+) -> Array:
+    """Return q (steps, 6) of six joints q'' = u + d, from rest at the first reference.
+
+    Args:
+        reference: q, v of each sample (steps, 12).
+        gains: of `ismc_law` (8, 6), with m_hat = 1.
+        governed: whether the governor acts.
+        perturbation: d (steps, 6) [m/s², rad/s²], held from sample to sample; None is zero.
+    """
+    steps = len(reference)
+    bounds = ReferenceGovernor().array() if governed else 0.0
+    return simulate(
+        "ISMC",
+        gains,
+        make_rig(bounds=bounds),
+        reference.reshape(steps, 2, 6),
+        None if perturbation is None else perturbation[:, np.newaxis],
+        start=reference[0, :6],
+    ).x
