@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
-from scara_drake.ik.system import STATUS
 from scara_drake.joints import JOINT_NAMES
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.trace import STICK_NAMES
 from scara_drake.recordings.journal import read_journal
 from scara_drake.scenario import Scenario, dump_scenario
+from scara_drake.vectors import SERVO_STATE
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,11 @@ SIGNALS: dict[str, Signal] = {
     "delay_up": Signal("delay_up", 0, (), "s", "delay of the command"),
     "delay_down": Signal("delay_down", 0, (), "s", "delay of the force"),
     "status": Signal(
-        "servo_state", STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
+        "servo_state",
+        SERVO_STATE.slices["status"].start,
+        (),
+        "1",
+        "0 tracking, 1 holding, 2 target drawn into reach",
     ),
     "f_kinesthetic": Signal(
         "f_kinesthetic", 0, _AXIS, "N", "force on the hand by a kinesthetic device", False
