@@ -32,9 +32,9 @@ from pydrake.solvers import NloptSolver, SnoptSolver, SolverOptions
 from scara_drake import ik, robot
 from scara_drake.common.resources import resource
 from scara_drake.ik import closed_form
-from scara_drake.ik.closed_form import MOST, nearest_kernel
-from scara_drake.ik.dpso import dpso_kernel
-from scara_drake.ik.inverse_jacobian import follow_kernel
+from scara_drake.ik.kernels.dpso import dpso_kernel
+from scara_drake.ik.kernels.follow import Iteration, follow_kernel
+from scara_drake.ik.kernels.solutions import MOST, nearest_kernel
 from scara_drake.ik.options import InverseJacobianOptions
 from scara_drake.ik.result import ROTATION_LENGTH
 from scara_drake.ik.robust import robust_kernel
@@ -131,7 +131,7 @@ def pose_methods(targets: Targets) -> list[Solver]:
 
     def closed_form_kernel(k: int) -> Array:
         q = np.empty(6)
-        nearest_kernel(p[k], R[k], first_joint, start, LOWER, UPPER, work, q)
+        nearest_kernel(p[k], R[k], first_joint, start, work, q)
         return q
 
     def search_kernel(k: int) -> Array:
@@ -186,13 +186,13 @@ def follow(targets: Targets) -> Call:
     p, R = _parts(targets)
     n = p.shape[1]
     evaluations, steps = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    iteration = np.array(
+        Iteration(1, False, ROTATION_LENGTH, options.max_step, options.max_iterations)
+    )
 
     def call(k: int) -> Array:
         q = np.empty((n, 6))
-        follow_kernel(
-            targets.q[k], p[k], R[k], 1, False, ROTATION_LENGTH, LOWER, UPPER,
-            options.max_step, np.inf, options.max_iterations, 0, False, q, evaluations, steps,
-        )  # fmt: skip
+        follow_kernel(p[k], R[k], iteration, targets.q[k], 0, q, evaluations, steps)
         return q
 
     return call

@@ -19,10 +19,9 @@ from rich.table import Table
 from scipy.optimize import differential_evolution
 
 from scara_drake import kinematics
-from scara_drake.ik.dpso import search_kernel
-from scara_drake.ik.kernels.branches import LOWER, UPPER, search_box
-from scara_drake.ik.kernels.swarm import draws
+from scara_drake.ik.kernels.dpso import dual_search_kernel
 from scara_drake.ik.options import TUNED, Dpso, Swarm
+from scara_drake.joints import LOWER, UPPER
 
 Array = NDArray[np.float64]
 
@@ -55,11 +54,7 @@ def evaluations(parameters: Dpso, count: int, seed: int) -> Array:
     spent = np.empty(count)
     for k, X in enumerate(kinematics.forward_kinematics(postures)):
         p, R, q = X[:3, 3].copy(), X[:3, :3].copy(), postures[k].copy()
-        low, high = search_box(p)
-        spent[k], *_ = search_kernel(
-            parameters, True, False, p, R, 1, low, high, LOWER, UPPER, draws(seed + k),
-            np.empty((0, 2)), q,
-        )  # fmt: skip
+        spent[k], *_ = dual_search_kernel(parameters, False, p, R, 1, seed + k, np.empty((0, 2)), q)
     return spent
 
 

@@ -1,7 +1,6 @@
-"""The vectors that cross ports: poses and tool commands.
+"""The layout of every vector that crosses a port, by name, with makers and readers.
 
-A pose is p_WE (3) [m], then the quaternion w, x, y, z of R_WE; a tool command (8) has the height of
-the mast [m] after it.
+W is the world, z up; E is the tool frame. A field of one number that kernels write is a cell.
 """
 
 from __future__ import annotations
@@ -10,51 +9,130 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.math import RotationMatrix
 
 from scara_drake import kinematics
 from scara_drake.common.layout import Cell, Layout
 
 Array = NDArray[np.float64]
 
-# Entries of `joystick_axes`, in order.
-STICK_NAMES: Final = ("x", "y", "z", "mast_axis", "mast_hat")
-# Of `servo_state`, the entry of the status.
-SERVO_STATUS: Final = 15
+
+class JoystickAxes(NamedTuple):
+    """`joystick_axes` (5): the stick, each axis -1 to 1."""
+
+    x: float
+    y: float
+    z: float
+    mast_axis: float
+    mast_hat: float
+
+
+class Pose(NamedTuple):
+    """`X_WE_desired` (7), and the beginning of every vector that holds a pose.
+
+    Attributes:
+        p: p_WE (3,) [m].
+        quaternion: of R_WE (4,), w x y z.
+    """
+
+    p: Array
+    quaternion: Array
+
+
+class ToolCommand(NamedTuple):
+    """`tool_command` (8): where the tool is wanted.
+
+    Attributes:
+        p: p_WE (3,) [m].
+        quaternion: of R_WE (4,), w x y z.
+        mast: height d1 [m].
+    """
+
+    p: Array
+    quaternion: Array
+    mast: Cell
+
+
+class State(NamedTuple):
+    """`state` and `state_desired` (12): the joints.
+
+    Attributes:
+        q: positions (6,) [m, rad].
+        v: rates (6,) [m/s, rad/s].
+    """
+
+    q: Array
+    v: Array
+
+
+class Motion(NamedTuple):
+    """`motion_limited`, `motion_master` (6): a point that moves.
+
+    Attributes:
+        p: position (3,) [m].
+        v: velocity (3,) [m/s].
+    """
+
+    p: Array
+    v: Array
+
+
+class ServoState(NamedTuple):
+    """`servo_state` (17): the limiter of the command, then what came of it.
+
+    Attributes:
+        p: p_WE (3,) [m].
+        quaternion: of R_WE (4,), w x y z.
+        v: velocity of the tool point (3,) [m/s].
+        w: angular velocity of the tool (3,) [rad/s].
+        mast: height d1 [m].
+        mast_rate: [m/s].
+        status: see `ik.servo`.
+        count: of the samples that were solved from scratch.
+    """
+
+    p: Array
+    quaternion: Array
+    v: Array
+    w: Array
+    mast: Cell
+    mast_rate: Cell
+    status: Cell
+    count: Cell
+
+
+JOYSTICK_AXES = Layout(JoystickAxes)
+STICK_NAMES: Final = JoystickAxes._fields
+POSE = Layout(Pose, p=3, quaternion=4)
+TOOL_COMMAND = Layout(ToolCommand, p=3, quaternion=4, mast=())
+STATE = Layout(State, q=6, v=6)
+MOTION = Layout(Motion, p=3, v=3)
+SERVO_STATE = Layout(
+    ServoState, p=3, quaternion=4, v=3, w=3, mast=(), mast_rate=(), status=(), count=()
+)
+joystick_axes_of = JOYSTICK_AXES.reader()
+pose_of = POSE.reader()
+tool_command_of = TOOL_COMMAND.reader()
+state_of = STATE.reader()
+motion_of = MOTION.reader()
+servo_state_of = SERVO_STATE.reader()
 
 
 def pose_vector(q: ArrayLike) -> Array:
     """Return the tool pose of a configuration (6,) as a vector (7,)."""
+    from pydrake.math import RotationMatrix  # here: who reads names from this module needs no Drake
+
     X_WE = kinematics.forward_kinematics(q)
     quaternion = RotationMatrix(X_WE[:3, :3]).ToQuaternion().wxyz()
-    return np.concatenate([X_WE[:3, 3], quaternion])
+    return POSE.pack(p=X_WE[:3, 3], quaternion=quaternion)
 
 
 def pose_matrix(vector: ArrayLike) -> Array:
     """Return the pose (4, 4) of a vector whose first entries are p_WE and the quaternion."""
-    values = np.array(vector, dtype=np.float64)
+    pose = POSE.unpack(np.array(vector, dtype=np.float64)[: POSE.size])
     X_WE, R_WE = np.eye(4), np.empty((3, 3))
-    kinematics.rotation_from_quaternion_kernel(values[3:7], R_WE)
-    X_WE[:3, :3], X_WE[:3, 3] = R_WE, values[:3]
+    kinematics.rotation_from_quaternion_kernel(pose.quaternion, R_WE)
+    X_WE[:3, :3], X_WE[:3, 3] = R_WE, pose.p
     return X_WE
-
-
-class ToolCommand(NamedTuple):
-    """What the operator asks of the tool.
-
-    Attributes:
-        p_WE: position (3) [m].
-        quaternion: of R_WE, w, x, y, z (4).
-        mast_height: d1 [m].
-    """
-
-    p_WE: Array
-    quaternion: Array
-    mast_height: Cell
-
-
-TOOL_COMMAND = Layout(ToolCommand, p_WE=3, quaternion=4, mast_height=())
-tool_command_of = TOOL_COMMAND.reader()
 
 
 def held_command(centre: ArrayLike, rpy: ArrayLike, mast_height: float) -> Array:
@@ -65,10 +143,12 @@ def held_command(centre: ArrayLike, rpy: ArrayLike, mast_height: float) -> Array
         rpy: orientation of the tool, Rx(roll) Ry(pitch) Rz(yaw) (3,) [rad].
         mast_height: [m].
     """
+    from pydrake.math import RotationMatrix
+
     x, y, z = np.asarray(centre, dtype=np.float64)
     rotation = RotationMatrix(kinematics.rotation_from_intrinsic_xyz(rpy))
     return TOOL_COMMAND.pack(
-        p_WE=[x, y, z + mast_height],
+        p=[x, y, z + mast_height],
         quaternion=rotation.ToQuaternion().wxyz(),
-        mast_height=mast_height,
+        mast=mast_height,
     )

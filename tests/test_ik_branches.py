@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 from scara_drake import ik, kinematics
-from scara_drake.ik.kernels.branches import mirror_kernel
-from scara_drake.ik.kernels.refine import refine_kernel, refine_position_first_kernel
+from scara_drake.ik.kernels.postures import Bounds, Goal, mirror_kernel
+from scara_drake.ik.kernels.refine import (
+    Descent,
+    refine_kernel,
+    refine_position_first_kernel,
+)
 from scara_drake.joints import HOME, LOWER, UPPER
 
 
@@ -16,15 +20,17 @@ def exhaustive(X, near, joints, task, restarts, seed):
     p, R = X[:3, 3].copy(), X[:3, :3].copy()
     low, high = LOWER.copy(), UPPER.copy()
     low[0], high[0] = np.clip([p[2] - 2.3, p[2] + 2.3], LOWER[0], UPPER[0])
+    goal = Goal(p, R, Bounds(first, np.array(LOWER), np.array(UPPER)))
+    descent = Descent(0.2857, 1.0, 60, True)
     found = []
     for _ in range(restarts):
         q = rng.uniform(low, high)
         if first:
             q[0] = near[0]
         if task == "position":
-            refine_position_first_kernel(q, p, R, first, LOWER, UPPER, 1.0, 60, True, none)
+            refine_position_first_kernel(q, goal, descent, none)
         else:
-            refine_kernel(q, p, R, first, 0.2857, LOWER, UPPER, 1.0, 60, True, none)
+            refine_kernel(q, goal, descent, none)
         found.append(q)
     found = np.array(found)
     # Every whole turn of theta2, theta3, theta6, not only the nearest.

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from scara_drake import ik, kinematics
 from scara_drake.ik import closed_form
-from scara_drake.ik.kernels.branches import mirror_kernel
 from scara_drake.ik.kernels.closed_form_arm import arm_branches_kernel, arm_solutions_kernel
 from scara_drake.ik.kernels.closed_form_mast import mast_branches_kernel
-from scara_drake.ik.kernels.refine import refine_kernel
+from scara_drake.ik.kernels.postures import Bounds, Goal, mirror_kernel
+from scara_drake.ik.kernels.refine import Descent, refine_kernel
 from scara_drake.joints import HOME, LOWER, UPPER
 
 HALF = np.pi / 2
@@ -60,7 +60,7 @@ def search(X, joints, mast_height, restarts, seed):
         if first:
             q[0] = mast_height
         position, rotation, *_ = refine_kernel(
-            q, p, R, first, 1.0, LOWER, UPPER, 1.0, 40, True, none
+            q, Goal(p, R, Bounds(first, LOWER, UPPER)), Descent(1.0, 1.0, 40, True), none
         )
         if max(position, rotation) < 1e-8:
             found.append(q)

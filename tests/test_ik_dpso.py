@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from scara_drake import ik, joints, kinematics
-from scara_drake.ik.dpso import population_kernel, second_population_kernel
-from scara_drake.ik.kernels.swarm import draw_kernel, draws, swarm_kernel
+from scara_drake.ik.kernels.postures import Bounds, Goal
+from scara_drake.ik.kernels.search import population_kernel, second_population_kernel
+from scara_drake.ik.kernels.swarm import Rule, draw_kernel, draws, swarm_kernel
 
 LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 
@@ -44,10 +45,9 @@ def run_swarm(swarm, q, X, state, x=None, seeded=0, box=(LOWER, UPPER), toleranc
     x = np.tile(q, (swarm.particles, 1)) if x is None else x
     costs = np.empty(swarm.particles)
     history = np.zeros((500, 2))
-    out = swarm_kernel(
-        swarm, False, X[:3, 3].copy(), X[:3, :3].copy(), 1, *box, LOWER, UPPER, *tolerance,
-        state, x, costs, seeded, history, 0,
-    )  # fmt: skip
+    goal = Goal(X[:3, 3].copy(), X[:3, :3].copy(), Bounds(1, LOWER, UPPER))
+    rule = Rule(False, *box, *tolerance, seeded)
+    out = swarm_kernel(swarm, goal, rule, state, x, costs, history)
     return out, x, costs, history
 
 

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scara_drake import ik, joints, kinematics
-from scara_drake.ik.inverse_jacobian import joint_rates_kernel, track_pose_kernel
+from scara_drake.ik.kernels.postures import Bounds, Goal
+from scara_drake.ik.kernels.rates import joint_rates_kernel, track_pose_kernel
 
 LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 BIG_STEP = np.full(6, 1.0)
@@ -49,7 +50,8 @@ def test_rates_of_a_joint_motion_reproduce_its_tool_motion(first_joint, position
         v = (ahead[:3, 3] - behind[:3, 3]) / (2 * h)
         w = rotation_vector(ahead[:3, :3] @ behind[:3, :3].T) / (2 * h)
         rates = np.empty(6)
-        joint_rates_kernel(q, v, w, first_joint, position_first, rate[0], LOWER, UPPER, rates)
+        bounds = Bounds(first_joint, LOWER, UPPER)
+        joint_rates_kernel(q, v, w, bounds, position_first, rate[0], rates)
         np.testing.assert_allclose(rates, rate, atol=1e-5)
 
 
@@ -58,14 +60,15 @@ def test_position_first_rates_hold_the_velocity_exactly():
     for q in regular_postures(40, 2, 1):
         v, w, mast = rng.normal(size=3), rng.normal(size=3), rng.normal()
         rates = np.empty(6)
-        joint_rates_kernel(q, v, w, 1, True, mast, LOWER, UPPER, rates)
+        joint_rates_kernel(q, v, w, Bounds(1, LOWER, UPPER), True, mast, rates)
         np.testing.assert_allclose(kinematics.jacobian(q)[3:] @ rates, v, atol=1e-5)
         assert rates[0] == mast
 
 
 def test_the_masts_own_motion_is_taken_out_of_the_task():
     q, rates = joints.HOME + np.array([1.0, 0, 0, 0, 0, 0]), np.empty(6)
-    joint_rates_kernel(q, np.array([0, 0, 0.3]), np.zeros(3), 1, False, 0.3, LOWER, UPPER, rates)
+    bounds = Bounds(1, LOWER, UPPER)
+    joint_rates_kernel(q, np.array([0, 0, 0.3]), np.zeros(3), bounds, False, 0.3, rates)
     np.testing.assert_allclose(rates, [0.3, 0, 0, 0, 0, 0], atol=1e-12)
 
 
@@ -83,9 +86,8 @@ def test_rates_stay_bounded_and_never_leave_a_limit(
 ):
     q = np.minimum(np.maximum(LOWER + np.array(unit) * (UPPER - LOWER), LOWER), UPPER)
     rates = np.empty(6)
-    joint_rates_kernel(
-        q, np.array(v), np.array(w), first_joint, position_first, mast_rate, LOWER, UPPER, rates
-    )
+    bounds = Bounds(first_joint, LOWER, UPPER)
+    joint_rates_kernel(q, np.array(v), np.array(w), bounds, position_first, mast_rate, rates)
     assert np.all(np.isfinite(rates))
     assert np.abs(rates).max() < 2e3
     assert not np.any((q <= LOWER) & (rates < 0.0))
@@ -96,27 +98,18 @@ def test_rates_of_the_other_joints_take_over_at_a_limit():
     q = regular_postures(1, 3)[0]
     v, w = np.array([0.2, -0.1, 0.1]), np.zeros(3)
     rates = np.empty(6)
-    joint_rates_kernel(q, v, w, 0, True, 0.0, LOWER, UPPER, rates)
+    joint_rates_kernel(q, v, w, Bounds(0, LOWER, UPPER), True, 0.0, rates)
     j = int(np.argmax(np.abs(rates[1:]))) + 1
     lower, upper = LOWER.copy(), UPPER.copy()
     (upper if rates[j] > 0 else lower)[j] = q[j]
-    joint_rates_kernel(q, v, w, 0, True, 0.0, lower, upper, rates)
+    joint_rates_kernel(q, v, w, Bounds(0, lower, upper), True, 0.0, rates)
     assert rates[j] == 0.0
     np.testing.assert_allclose(kinematics.jacobian(q)[3:] @ rates, v, atol=1e-3)
 
 
 def track(q, X, first_joint, position_first, max_step=BIG_STEP, iterations=2):
-    return track_pose_kernel(
-        q,
-        X[:3, 3].copy(),
-        X[:3, :3].copy(),
-        first_joint,
-        position_first,
-        LOWER,
-        UPPER,
-        max_step,
-        iterations,
-    )
+    goal = Goal(X[:3, 3].copy(), X[:3, :3].copy(), Bounds(first_joint, LOWER, UPPER))
+    return track_pose_kernel(q, goal, position_first, max_step, iterations)
 
 
 @pytest.mark.parametrize("first_joint", [0, 1])

@@ -5,6 +5,7 @@ import pytest
 
 from scara_drake import joints, kinematics
 from scara_drake.ik.kernels import least_squares as ls
+from scara_drake.ik.kernels.postures import Bounds
 from scara_drake.ik.result import ROTATION_LENGTH
 
 RNG = np.random.default_rng(0)
@@ -111,9 +112,9 @@ def test_a_joint_at_its_limit_is_held_and_the_others_take_over(position_first):
     free, free_dq, dq = np.empty(6), np.empty(6), np.empty(6)
     e_p, e_w = np.array([0.1, 0.2, -0.1]), np.array([0.1, -0.1, 0.2])
     wide = np.full(6, 100.0)
-    ls.bounded_step_kernel(
-        J, e_p, e_w, position_first, 0.0, 0.0, joints.HOME, 0, -wide, wide, free, free_dq
-    )
+    home, priority = np.array(joints.HOME), ls.Priority(position_first, 0.0, 0.0)
+    bounds = Bounds(0, -wide, wide)
+    ls.bounded_step_kernel(J, e_p, e_w, priority, home, bounds, free, free_dq)
     for j in range(6):
         lower, upper = -wide, wide.copy()
         lower, upper = lower.copy(), upper.copy()
@@ -121,9 +122,8 @@ def test_a_joint_at_its_limit_is_held_and_the_others_take_over(position_first):
             upper[j] = joints.HOME[j]
         else:
             lower[j] = joints.HOME[j]
-        ls.bounded_step_kernel(
-            J, e_p, e_w, position_first, 0.0, 0.0, joints.HOME, 0, lower, upper, free, dq
-        )
+        bounds = Bounds(0, lower, upper)
+        ls.bounded_step_kernel(J, e_p, e_w, priority, home, bounds, free, dq)
         assert dq[j] == 0.0
         assert free[j] == 0.0
         if position_first:

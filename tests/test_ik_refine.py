@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from scara_drake import joints, kinematics
-from scara_drake.ik.kernels.refine import (
-    error_kernel,
+from scara_drake.ik.kernels.errors import error_kernel
+from scara_drake.ik.kernels.postures import (
+    Bounds,
+    Goal,
     keep_limits_kernel,
     nearest_turns_kernel,
-    refine_kernel,
 )
+from scara_drake.ik.kernels.refine import Descent, refine_kernel
 
 LOWER, UPPER = np.array(joints.LOWER), np.array(joints.UPPER)
 NONE = np.empty((0, 2))
@@ -37,7 +39,7 @@ def test_refining_never_makes_it_worse_and_stays_inside():
         for wrap in (True, False):
             q = start.copy()
             e_p, e_w, evaluations, iterations = refine_kernel(
-                q, p, R, 0, 0.3, LOWER, UPPER, 0.5, 30, wrap, NONE
+                q, Goal(p, R, Bounds(0, LOWER, UPPER)), Descent(0.3, 0.5, 30, wrap), NONE
             )
             assert np.hypot(e_p, 0.3 * e_w) <= before
             assert np.all((q >= LOWER) & (q <= UPPER))
@@ -53,7 +55,7 @@ def test_an_unreachable_pose_ends_at_a_stationary_point():
         p = X[:3, 3].copy()
         R = kinematics.rotation_from_intrinsic_xyz(rng.uniform(-np.pi, np.pi, 3))
         q = q_true.copy()
-        refine_kernel(q, p, R, 1, 0.3, LOWER, UPPER, 0.5, 500, True, NONE)
+        refine_kernel(q, Goal(p, R, Bounds(1, LOWER, UPPER)), Descent(0.3, 0.5, 500, True), NONE)
 
         def cost(q, p=p, R=R):
             e_p, e_w = error_kernel(q, p, R)
@@ -71,8 +73,8 @@ def test_an_unreachable_pose_ends_at_a_stationary_point():
 def test_limits_and_turns():
     q = np.array([11.0, 7.0, -7.0, 3.0, -3.0, 20.0])
     wrapped, clipped = q.copy(), q.copy()
-    keep_limits_kernel(wrapped, 0, LOWER, UPPER, True)
-    keep_limits_kernel(clipped, 0, LOWER, UPPER, False)
+    keep_limits_kernel(wrapped, Bounds(0, LOWER, UPPER), True)
+    keep_limits_kernel(clipped, Bounds(0, LOWER, UPPER), False)
     turn, corner = 2 * np.pi, 0.75 * np.pi
     np.testing.assert_allclose(
         wrapped, [10.0, 7.0 - turn, -7.0 + turn, corner, -corner, 20.0 - 3 * turn]
@@ -86,6 +88,6 @@ def test_limits_and_turns():
 )
 def test_nearest_turns(value, reference, expected):
     q, near = np.full(6, value), np.full(6, reference)
-    nearest_turns_kernel(q, near, LOWER, UPPER)
+    nearest_turns_kernel(q, near)
     np.testing.assert_allclose(q[[1, 2, 5]], expected)
     np.testing.assert_array_equal(q[[0, 3, 4]], value)

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from scara_drake import ik, kinematics
-from scara_drake.ik.robust import robust_kernel, settle_kernel
+from scara_drake.ik.kernels.postures import settle_kernel
+from scara_drake.ik.robust import robust_kernel
 from scara_drake.joints import HOME, LOWER, UPPER
 
 
@@ -76,7 +77,7 @@ def test_a_posture_on_its_limits_is_found_there():
 def test_only_rounding_is_settled(values):
     q = np.array(values)
     settled = q.copy()
-    settle_kernel(settled)
+    settle_kernel(settled, 1e-9)
     assert (np.abs(settled - q) <= 1e-9).all()
     inside = (q >= LOWER) & (q <= UPPER)
     np.testing.assert_array_equal(settled[inside], q[inside])

@@ -3,6 +3,7 @@ import pytest
 from leaf import outputs, ports, tick
 
 from scara_drake import kinematics
+from scara_drake.common.fields import check
 from scara_drake.ik import solve
 from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem, first_posture
 from scara_drake.joints import HOME, LOWER, UPPER
@@ -158,7 +159,7 @@ def test_the_closed_form_at_every_sample_follows_without_a_jump():
         q.append(state[:6])
     assert np.abs(np.diff(q, axis=0)).max() < 3e-3
     with pytest.raises(ValueError, match=r"task with method closed_form: 'position', allowed pose"):
-        InverseKinematics(method="closed_form").validate("inverse_kinematics")
+        check(InverseKinematics(method="closed_form"), "inverse_kinematics")
 
 
 @pytest.mark.parametrize(
@@ -166,4 +167,4 @@ def test_the_closed_form_at_every_sample_follows_without_a_jump():
 )
 def test_bad_fields_are_refused(field, value):
     with pytest.raises(ValueError, match=rf"^inverse_kinematics\.{field}: .*allowed"):
-        InverseKinematics(**{field: value}).validate("inverse_kinematics")
+        check(InverseKinematics(**{field: value}), "inverse_kinematics")

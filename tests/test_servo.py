@@ -4,31 +4,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scara_drake import joints, kinematics
+from scara_drake.common.motion import limit_motion
 from scara_drake.ik import servo
-from scara_drake.ik.system import InverseKinematics, limiter_at
+from scara_drake.ik.kernels.limiter import LIMITS, REACH_LIMIT, draw_into_reach
+from scara_drake.ik.system import InverseKinematics
+from scara_drake.vectors import SERVO_STATE, pose_vector
 
 DT = 1e-3
-SETTINGS = InverseKinematics().settings(DT)
-LIMITS = np.array([joints.LOWER, joints.UPPER, joints.MAX_SPEED])
+BOUNDS = LIMITS.pack(lower=joints.LOWER, upper=joints.UPPER, rate=joints.MAX_SPEED)
 
 
-def follow(commands, q0=joints.HOME, mast_follows=True, position_first=True):
+def follow(commands, q0=joints.HOME, joints_="arm", task="position"):
     """Run the servo over commands (n, 8); return references (n, 12), statuses and limiters."""
-    limiter, desired = limiter_at(q0), np.concatenate([q0, np.zeros(6)])
+    settings_ = InverseKinematics(joints=joints_, task=task).settings(DT)
+    state, desired = servo.servo_state_at(q0), np.concatenate([q0, np.zeros(6)])
     references, statuses, limiters = [], [], []
     for command in commands:
-        status = servo.servo_step(
-            command, limiter, desired, mast_follows, position_first, LIMITS, SETTINGS
-        )
+        servo.servo_step(command, desired, state, settings_, BOUNDS)
         references.append(desired.copy())
-        statuses.append(status)
-        limiters.append(limiter.copy())
+        statuses.append(float(SERVO_STATE.unpack(state).status))
+        limiters.append(state.copy())
     return np.array(references), np.array(statuses), np.array(limiters)
 
 
 def command_at(q, offset=(0.0, 0.0, 0.0), mast=None):
-    limiter = limiter_at(np.asarray(q))
-    command = np.append(limiter[:7], q[0] if mast is None else mast)
+    command = np.append(pose_vector(q), q[0] if mast is None else mast)
     command[:3] += offset
     return command
 
@@ -44,7 +44,7 @@ def test_limiter_keeps_its_bounds_and_arrives_without_overshoot(start, speed, ac
     initial = np.linalg.norm(error)
     time_needed = initial / speed + 4 * np.sqrt(max(initial, 1e-9) / acceleration) + 1.0
     for _ in range(int(time_needed / DT) + 1):
-        servo.limit_motion(error, rate, speed, acceleration, 60.0, DT)
+        limit_motion(error, rate, speed, acceleration, 60.0, DT)
         assert np.linalg.norm(rate) <= speed * (1 + 1e-9)
         assert np.linalg.norm(rate - previous) <= acceleration * DT * (1 + 1e-9)
         previous = rate.copy()
@@ -59,7 +59,7 @@ def test_unbounded_limiter_is_the_critically_damped_follower():
     w, dt = 20.0, 1e-5
     error, rate = np.array([0.3]), np.zeros(1)
     for _ in range(20000):
-        servo.limit_motion(error, rate, 1e9, 1e9, w, dt)
+        limit_motion(error, rate, 1e9, 1e9, w, dt)
         error -= dt * rate
     t = 0.2
     np.testing.assert_allclose(error, 0.3 * (1 + w * t) * np.exp(-w * t), rtol=5e-3)
@@ -87,13 +87,15 @@ def test_the_tool_point_is_followed_exactly():
     X_WE = kinematics.forward_kinematics(references[:, :6])
     assert (statuses == servo.TRACKING).all()
     assert np.abs(X_WE[:, :3, 3] - limiters[:, :3]).max() < 2e-5  # [m]
-    np.testing.assert_allclose(references[:, 0], limiters[:, servo.MAST], atol=1e-9)
+    np.testing.assert_allclose(
+        references[:, 0], limiters[:, SERVO_STATE.slices["mast"].start], atol=1e-9
+    )
 
 
 def test_full_pose_is_followed_with_the_mast_taking_part():
     q_target = joints.HOME + np.array([0.3, 0.2, 0.25, 0.2, -0.2, 0.4])
     references, statuses, _ = follow(
-        np.tile(command_at(q_target), (4000, 1)), mast_follows=False, position_first=False
+        np.tile(command_at(q_target), (4000, 1)), joints_="full", task="pose"
     )
     X_WE = kinematics.forward_kinematics(references[-1, :6])
     distance, angle = kinematics.pose_error(kinematics.forward_kinematics(q_target), X_WE)
@@ -111,7 +113,7 @@ def test_a_target_out_of_reach_is_drawn_back_smoothly(direction):
     assert (np.abs(references[:, 6:]) <= joints.MAX_SPEED + 1e-12).all()
     arm = kinematics.forward_kinematics(references[-1, :6])[:3, 3] - [0, 0, references[-1, 0]]
     beyond = np.hypot(np.hypot(arm[0], arm[1]) - 0.75, arm[2])
-    assert beyond <= servo.REACH_LIMIT + 5e-3
+    assert beyond <= REACH_LIMIT + 5e-3
 
 
 @settings(deadline=None)
@@ -120,14 +122,14 @@ def test_points_are_drawn_to_the_edge_of_the_reach_and_no_further(seed, distance
     direction = np.random.default_rng(seed).normal(size=3)
     point = distance * direction / np.linalg.norm(direction)
     drawn = point.copy()
-    out = servo.draw_into_reach(drawn)
+    out = draw_into_reach(drawn)
 
     def from_the_circle(p):
         return np.hypot(np.hypot(p[0], p[1]) - 0.75, p[2])
 
-    assert out == (from_the_circle(point) > servo.REACH_LIMIT)
+    assert out == (from_the_circle(point) > REACH_LIMIT)
     if out:
-        assert from_the_circle(drawn) == pytest.approx(servo.REACH_LIMIT)
+        assert from_the_circle(drawn) == pytest.approx(REACH_LIMIT)
         assert np.arctan2(drawn[1], drawn[0]) == pytest.approx(np.arctan2(point[1], point[0]))
     else:
         np.testing.assert_array_equal(drawn, point)
@@ -138,7 +140,7 @@ def test_every_posture_is_within_the_reach():
     p = kinematics.forward_kinematics(q)[:, :3, 3] - np.array([[0, 0, 1]]) * q[:, :1]
     beyond = np.hypot(np.hypot(p[:, 0], p[:, 1]) - 0.75, p[:, 2])
     assert beyond.max() <= 1.55 + 1e-12
-    assert beyond.max() > servo.REACH_LIMIT  # the edge is real
+    assert beyond.max() > REACH_LIMIT  # the edge is real
 
 
 def test_a_held_target_can_be_left_again():

@@ -17,21 +17,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.ik import dpso
-from scara_drake.ik.inverse_jacobian import follow_kernel
 from scara_drake.ik.kernels.branch_path import has_jump_kernel, smoothest_path_kernel
-from scara_drake.ik.kernels.branches import LOWER, UPPER, best_branch
+from scara_drake.ik.kernels.errors import error_kernel, within_kernel
+from scara_drake.ik.kernels.follow import Iteration, follow_kernel
 from scara_drake.ik.kernels.least_squares import cholesky_kernel, substitute_kernel
-from scara_drake.ik.kernels.refine import error_kernel
 from scara_drake.ik.options import DpsoijOptions
-from scara_drake.ik.result import (
-    POSITION_TOLERANCE,
-    ROTATION_LENGTH,
-    ROTATION_TOLERANCE,
-    Answer,
-    PathAnswer,
-    Problem,
-)
+from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_LENGTH, Answer, PathAnswer, Problem
 from scara_drake.ik.robust import robust_kernel
+from scara_drake.joints import LOWER, UPPER
 from scara_drake.kinematics import tool_kinematics_kernel
 
 Array = NDArray[np.float64]
@@ -75,13 +68,20 @@ def follow(problems: Sequence[Problem], options: DpsoijOptions) -> PathAnswer:
     q, evaluations, steps = np.empty((n, 6)), np.zeros(n, np.int64), np.zeros(n, np.int64)
     q[0], evaluations[0], steps[0] = first.q, first.evaluations, first.iterations
     begin = 1
+    iteration = np.array(
+        Iteration(
+            first_joint=problems[0].first_joint,
+            position_first=problems[0].position_first,
+            length=ROTATION_LENGTH,
+            step=options.max_step,
+            iterations=options.max_iterations,
+            max_change=options.max_joint_change,
+            stop=True,
+        )
+    )
     # A failed first point or a failed rescue is followed as near as the joints allow.
     while begin < n:
-        reached = follow_kernel(
-            q[begin - 1], p, R, problems[0].first_joint, problems[0].position_first,
-            ROTATION_LENGTH, LOWER, UPPER, options.max_step, options.max_joint_change,
-            options.max_iterations, begin, True, q, evaluations, steps,
-        )  # fmt: skip
+        reached = follow_kernel(p, R, iteration, q[begin - 1], begin, q, evaluations, steps)
         if reached < n:
             rescued = _rescue(replace(problems[reached], start=q[reached - 1].copy()), options)
             evaluations[reached] += rescued.evaluations
@@ -121,16 +121,14 @@ def _follow_literally(problems: Sequence[Problem], options: DpsoijOptions) -> Pa
     for k in range(1, n):
         q[k] = q[k - 1]
         steps[k] = pseudo_inverse_kernel(
-            q[k], problems[k].p, problems[k].first_joint, LOWER, UPPER, options.max_iterations
+            q[k], problems[k].p, problems[k].first_joint, options.max_iterations
         )
         evaluations[k] = steps[k] + 1
     return PathAnswer(q, evaluations, steps)
 
 
 @njit(cache=True)
-def pseudo_inverse_kernel(
-    q: Array, p_desired: Array, first_joint: int, lower: Array, upper: Array, iterations: int
-) -> int:
+def pseudo_inverse_kernel(q: Array, p_desired: Array, first_joint: int, iterations: int) -> int:
     """Iterate q (6,) <- q + J⁺ (p_d - p), (1) with the J of (26), in place; return the count.
 
     It ends within the tolerance of 5 mm; a joint that would leave its range stops there.
@@ -154,20 +152,17 @@ def pseudo_inverse_kernel(
         substitute_kernel(G, y, 3)
         for j in range(first_joint, 6):
             step = J[3, j] * y[0] + J[4, j] * y[1] + J[5, j] * y[2]
-            q[j] = min(max(q[j] + step, lower[j]), upper[j])
+            q[j] = min(max(q[j] + step, LOWER[j]), UPPER[j])
     return iterations
 
 
 def _rescue(problem: Problem, options: DpsoijOptions) -> Answer:
     """Solve a point anew, on the branch nearest to the posture before."""
     if problem.position_first:
-        return best_branch(problem, problem.start, options.starts or 256)
+        return dpso.best_branch(problem, problem.start, options.starts or 256)
     return solve(problem, replace(options, nearest_to=None))
 
 
 def _meets(problem: Problem, q: Array) -> bool:
     position, rotation = error_kernel(q, problem.p, problem.R)
-    return bool(
-        position <= POSITION_TOLERANCE
-        and (problem.position_first or rotation <= ROTATION_TOLERANCE)
-    )
+    return bool(within_kernel(position, rotation, problem.position_first))

@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 
 from scara_drake.common import checks
+from scara_drake.common.fields import ABOVE_ZERO, check, choice, number
 
 Options = TypeVar("Options", bound="MethodOptions")
 
@@ -111,12 +112,16 @@ PARAMETERS: Final = {"tuned": TUNED, "paper": PAPER}
 
 @dataclass
 class MethodOptions:
-    """Options that every method knows."""
+    """Options that every method knows.
 
-    history: bool = False  # keep the errors of each iteration
+    Attributes:
+        history: keep the errors of each iteration.
+    """
 
-    def validate(self) -> None:
-        """Check the values.
+    history: bool = False
+
+    def check_together(self, name: str) -> None:
+        """Check what the fields do not say of themselves.
 
         Raises:
             ValueError: one line that names the option, its value and what is allowed.
@@ -128,9 +133,9 @@ class MethodOptions:
 class ClosedFormOptions(MethodOptions):
     """Options of "closed_form": none, and no history, for nothing is iterated."""
 
-    def validate(self) -> None:
+    def check_together(self, name: str) -> None:
         """Check the values; see MethodOptions."""
-        super().validate()
+        super().check_together(name)
         if self.history:
             raise ValueError("history: True, allowed False with closed_form")
 
@@ -139,34 +144,35 @@ class ClosedFormOptions(MethodOptions):
 class InverseJacobianOptions(MethodOptions):
     """Options of "inverse_jacobian".
 
-    rows: "full" for all rows of the Jacobian, "position" for the paper's (26).
-    max_step: largest change of a joint in one iteration [rad], [m].
+    Attributes:
+        rows: "full" for all rows of the Jacobian, "position" for the paper's (26).
+        max_iterations: budget.
+        max_step: largest change of a joint in one iteration.
     """
 
-    rows: str = "full"
+    rows: str = choice("full", ("full", "position"))
     max_iterations: int = 200
-    max_step: float = 0.5
+    max_step: float = number(0.5, "m | rad", ABOVE_ZERO)
 
-    def validate(self) -> None:
+    def check_together(self, name: str) -> None:
         """Check the values; see MethodOptions."""
-        super().validate()
-        checks.choice("rows", self.rows, ("full", "position"))
+        super().check_together(name)
         _count("max_iterations", self.max_iterations, 1)
-        checks.number("max_step", self.max_step, checks.ABOVE_ZERO)
 
 
 @dataclass
 class SwarmOptions(MethodOptions):
     """Options of "pso" and "dpso".
 
-    parameters: "tuned", "paper", or a Dpso of one's own.
-    budget: evaluations below which a new pass may begin; None takes the parameter set's.
-    polish: refine the best particles by damped least squares; None means True for "dpso" and for
-        task="position", False for "pso".
-    nearest_to: posture (6,); the answer is the branch nearest to it (among those whose rotation
-        error is within 1e-3 rad of the best), found from `starts` draws.
-    starts: local solutions that nearest_to (default 256) and task="position" (32) compare, always
-        all of them.
+    Attributes:
+        parameters: "tuned", "paper", or a Dpso of one's own.
+        budget: evaluations below which a new pass may begin; None takes the parameter set's.
+        polish: refine the best particles by damped least squares; None means True for "dpso" and
+            for task="position", False for "pso".
+        nearest_to: posture (6,); the answer is the branch nearest to it (among those whose rotation
+            error is within 1e-3 rad of the best), found from `starts` draws.
+        starts: local solutions that nearest_to (default 256) and task="position" (32) compare,
+            always all of them.
     """
 
     parameters: str | Dpso = "tuned"
@@ -175,9 +181,9 @@ class SwarmOptions(MethodOptions):
     nearest_to: Any = None
     starts: int | None = None
 
-    def validate(self) -> None:
+    def check_together(self, name: str) -> None:
         """Check the values; see MethodOptions."""
-        super().validate()
+        super().check_together(name)
         if not isinstance(self.parameters, Dpso):
             checks.choice("parameters", self.parameters, PARAMETERS)
         if self.budget is not None:
@@ -209,24 +215,23 @@ class SwarmOptions(MethodOptions):
 class DpsoijOptions(SwarmOptions):
     """Options of "dpsoij": those of its DPSO, and of the path that follows.
 
-    variant: "default", or "paper" for the literal method: unpolished DPSO with the parameters
-        "paper", then iterations of the pseudo-inverse of the position Jacobian (26).
-    max_step, max_iterations: of the inverse Jacobian, see InverseJacobianOptions.
-    max_joint_change: the largest change of a joint between neighbouring points [rad], [m].
+    Attributes:
+        variant: "default", or "paper" for the literal method: unpolished DPSO with the parameters
+            "paper", then iterations of the pseudo-inverse of the position Jacobian (26).
+        max_iterations: of the inverse Jacobian at each point.
+        max_step: largest change of a joint in one of them.
+        max_joint_change: the largest change of a joint between neighbouring points.
     """
 
-    variant: str = "default"
+    variant: str = choice("default", VARIANTS)
     max_iterations: int = 60
-    max_step: float = 0.5
-    max_joint_change: float = 0.7
+    max_step: float = number(0.5, "m | rad", ABOVE_ZERO)
+    max_joint_change: float = number(0.7, "m | rad", ABOVE_ZERO)
 
-    def validate(self) -> None:
+    def check_together(self, name: str) -> None:
         """Check the values; see MethodOptions."""
-        super().validate()
-        checks.choice("variant", self.variant, VARIANTS)
+        super().check_together(name)
         _count("max_iterations", self.max_iterations, 1)
-        checks.number("max_step", self.max_step, checks.ABOVE_ZERO)
-        checks.number("max_joint_change", self.max_joint_change, checks.ABOVE_ZERO)
 
     def asks_for_swarm(self) -> bool:
         """Whether an option is set that only DPSO knows: the closed form is left out then."""
@@ -247,7 +252,7 @@ def make_options(kind: type[Options], method: str, values: Mapping[str, object])
         if name not in allowed:
             raise ValueError(f"{name}: not an option of {method}, allowed {', '.join(allowed)}")
     options = kind(**values)  # type: ignore[arg-type]
-    options.validate()
+    check(options, "")
     return options
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scara_drake import kinematics
 from scara_drake.common import checks
 from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian
+from scara_drake.ik.kernels.errors import confirm_kernel
 from scara_drake.ik.options import (
     ClosedFormOptions,
     DpsoijOptions,
@@ -32,7 +33,7 @@ from scara_drake.ik.result import (
     PathAnswer,
     Problem,
 )
-from scara_drake.ik.target import confirm, confirm_kernel, make_problem
+from scara_drake.ik.target import confirm, make_problem
 from scara_drake.joints import LOWER, UPPER
 
 Array = NDArray[np.float64]

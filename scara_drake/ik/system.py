@@ -1,25 +1,31 @@
-"""Inverse kinematics in the loop: a thin LeafSystem over the solvers and the servo."""
+"""Inverse kinematics in the loop: a block over the solvers and the servo."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import (
-    BasicVector,
-    Context,
-    DiscreteStateIndex,
-    DiscreteValues,
-    LeafSystem,
-)
 
 from scara_drake.common import checks
-from scara_drake.common.state import declare_state
+from scara_drake.common.block import Block, Declaration, Input, Memory, Output
+from scara_drake.common.fields import ABOVE_ZERO, choice, number
 from scara_drake.ik import servo
+from scara_drake.ik.kernels.limiter import LIMITS, SETTINGS, follow_command
 from scara_drake.ik.solve import METHODS, solve
 from scara_drake.joints import HOME, LOWER, MAX_SPEED, UPPER, check_configuration
 from scara_drake.kinematics import tool_kinematics_kernel
-from scara_drake.vectors import pose_matrix, pose_vector
+from scara_drake.vectors import (
+    MOTION,
+    POSE,
+    SERVO_STATE,
+    STATE,
+    TOOL_COMMAND,
+    motion_of,
+    pose_matrix,
+    pose_of,
+    servo_state_of,
+    state_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -29,69 +35,63 @@ Array = NDArray[np.float64]
 FOLLOWERS = {"dpsoij": "dpso", "inverse_jacobian": "inverse_jacobian"}
 SWARMS = ("dpso", "pso")
 
-# Layout of the memory: the limiter, then these.
-STATUS, COUNT = servo.LIMITER_SIZE, servo.LIMITER_SIZE + 1
-
 
 @dataclass
 class InverseKinematics:
     """How the tool command becomes joint references.
 
-    joints: "arm" gives the mast its own command; "full" lets it take part.
-    task: "position" holds the tool point exactly and its orientation as near as possible; "pose"
-        holds both.
+    Attributes:
+        method: solver of each sample; "dpsoij" and "inverse_jacobian" follow the command by
+            resolved rates.
+        joints: "arm" gives the mast its own command; "full" lets it take part.
+        task: "position" holds the tool point exactly and its orientation as near as possible;
+            "pose" holds both.
+        max_speed: of the tool point.
+        max_acceleration: of the tool point.
+        max_turn_rate: of the tool.
+        max_turn_acceleration: of the tool.
+        mast_acceleration: of the mast's command.
+        bandwidth: of the command limiter.
+        position_gain: of the resolved rates.
+        rotation_gain: of the resolved rates.
     """
 
-    method: str = "dpsoij"
-    joints: str = "arm"
-    task: str = "position"
-    max_speed: float = 0.5  # [m/s], of the tool point
-    max_acceleration: float = 4.0  # [m/s²]
-    max_turn_rate: float = 1.0  # [rad/s], of the tool
-    max_turn_acceleration: float = 8.0  # [rad/s²]
-    mast_acceleration: float = 1.0  # [m/s²]
-    bandwidth: float = 30.0  # [1/s], of the command limiter
-    position_gain: float = 200.0  # [1/s], of the resolved rates
-    rotation_gain: float = 20.0  # [1/s]
+    method: str = choice("dpsoij", tuple(METHODS))
+    joints: str = choice("arm", ("arm", "full"))
+    task: str = choice("position", ("position", "pose"))
+    max_speed: float = number(0.5, "m/s", ABOVE_ZERO, 100.0)
+    max_acceleration: float = number(4.0, "m/s^2", ABOVE_ZERO, 100.0)
+    max_turn_rate: float = number(1.0, "rad/s", ABOVE_ZERO, 100.0)
+    max_turn_acceleration: float = number(8.0, "rad/s^2", ABOVE_ZERO, 100.0)
+    mast_acceleration: float = number(1.0, "m/s^2", ABOVE_ZERO, 100.0)
+    bandwidth: float = number(30.0, "1/s", ABOVE_ZERO, 400.0)
+    position_gain: float = number(200.0, "1/s", ABOVE_ZERO, 400.0)
+    rotation_gain: float = number(20.0, "1/s", ABOVE_ZERO, 400.0)
 
-    def validate(self, name: str) -> None:
-        """Check the choices and bounds.
+    def check_together(self, name: str) -> None:
+        """Check that the method knows the task.
 
         Raises:
-            ValueError: one line that names the field, its value and what is allowed.
+            ValueError: it does not.
         """
-        checks.choice(f"{name}.method", self.method, METHODS)
-        checks.choice(f"{name}.joints", self.joints, ("arm", "full"))
-        checks.choice(f"{name}.task", self.task, ("position", "pose"))
         if self.method == "closed_form":
             checks.choice(f"{name}.task with method closed_form", self.task, ("pose",))
-        smallest = checks.ABOVE_ZERO
-        for bound in (
-            "max_speed",
-            "max_acceleration",
-            "max_turn_rate",
-            "max_turn_acceleration",
-            "mast_acceleration",
-        ):
-            checks.number(f"{name}.{bound}", getattr(self, bound), smallest, 100.0)
-        for gain in ("bandwidth", "position_gain", "rotation_gain"):
-            checks.number(f"{name}.{gain}", getattr(self, gain), smallest, 400.0)
 
     def settings(self, period: float) -> Array:
-        """Return the settings (10,) that `servo.servo_step` takes."""
-        return np.array(
-            [
-                self.max_speed,
-                self.max_acceleration,
-                self.max_turn_rate,
-                self.max_turn_acceleration,
-                MAX_SPEED[0],
-                self.mast_acceleration,
-                self.bandwidth,
-                self.position_gain,
-                self.rotation_gain,
-                period,
-            ]
+        """Return the fields as `limiter.settings_of` reads them, for a period [s]."""
+        return SETTINGS.pack(
+            mast_follows=self.joints == "arm",
+            position_first=self.task == "position",
+            max_speed=self.max_speed,
+            max_acceleration=self.max_acceleration,
+            max_turn_rate=self.max_turn_rate,
+            max_turn_acceleration=self.max_turn_acceleration,
+            mast_speed=MAX_SPEED[0],
+            mast_acceleration=self.mast_acceleration,
+            bandwidth=self.bandwidth,
+            position_gain=self.position_gain,
+            rotation_gain=self.rotation_gain,
+            period=period,
         )
 
 
@@ -102,7 +102,8 @@ def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> A
         ValueError: the first command cannot be reached.
     """
     near = HOME.copy()
-    near[0] = np.clip(np.asarray(command)[7], LOWER[0], UPPER[0])
+    asked = TOOL_COMMAND.unpack(np.array(command, dtype=np.float64))
+    near[0] = np.clip(asked.mast[()], LOWER[0], UPPER[0])
     method = FOLLOWERS.get(config.method, config.method)
     options = {"nearest_to": near} if method in SWARMS else {}
     result = solve(
@@ -115,29 +116,70 @@ def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> A
         **options,
     )
     if not result.success:
-        position = ", ".join(f"{x:.3f}" for x in np.asarray(command)[:3])
+        position = ", ".join(f"{x:.3f}" for x in asked.p)
         raise ValueError(f"first tool command: [{position}] m, not reachable: {result.reason}")
     return result.q
 
 
-class InverseKinematicsSystem(LeafSystem):
+@njit(cache=True)
+def show_pose(servo_state: Array, X_WE_desired: Array) -> None:
+    """Write the pose (7,) of the limiter."""
+    shown, now = pose_of(X_WE_desired), servo_state_of(servo_state)
+    shown.p[:] = now.p
+    shown.quaternion[:] = now.quaternion
+
+
+@njit(cache=True)
+def show_status(servo_state: Array, status: Array) -> None:
+    """Write the status (1,)."""
+    status[0] = servo_state_of(servo_state).status[()]
+
+
+@njit(cache=True)
+def show_motion(state_desired: Array, motion_limited: Array) -> None:
+    """Write position and velocity in W (6,) [m, m/s] of the tool point of a state (12,)."""
+    desired, tool = state_of(state_desired), motion_of(motion_limited)
+    p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    tool_kinematics_kernel(desired.q, p, R, J)
+    for i in range(3):
+        tool.p[i] = p[i]
+        tool.v[i] = 0.0
+        for j in range(6):
+            tool.v[i] += J[3 + i, j] * desired.v[j]
+
+
+class InverseKinematicsSystem(Block):
     """Turns tool commands into joint references.
 
-    Input port:
-        tool_command (8): p_WE [m], quaternion w x y z of R_WE, mast height [m]
-    Output ports:
-        state_desired (12): discrete state, q, v references [m, rad, m/s, rad/s]
-        servo_state (17): discrete state: the limiter (see `servo`), status, count of samples
-        X_WE_desired (7): of servo_state, the pose that is followed: p_WE [m], quaternion w x y z
-        status (1): of servo_state: 0 tracking, 1 holding the last good answer because the target
-            cannot be reached, 2 tracking a target that was drawn back into the arm's reach
-        motion_limited (6): of state_desired, the motion of the tool point that the joints are
-            asked for, after every limit: p_WE [m], its velocity [m/s]
-    Update (every period), with "dpsoij" and "inverse_jacobian": the limiter follows the command and
-        the joints follow the limiter by resolved rates, see `servo`. With another method each
-        sample is solved from scratch. Where the answer leaves the tolerance, q stays, v is zero and
-        the limiter returns to the last good pose.
+    Ports:
+        input tool_command (8): p_WE [m], quaternion w x y z of R_WE, mast height [m]; not finite
+            stops the run.
+        output state_desired (12): discrete state, q, v references [m, rad, m/s, rad/s].
+        output servo_state (17): discrete state: the limiter, status, count of samples, see
+            `vectors.ServoState`.
+        output X_WE_desired (7): of servo_state, the pose that is followed: p_WE [m], quaternion
+            w x y z.
+        output status (1): of servo_state: 0 tracking, 1 holding the last good answer because the
+            target cannot be reached, 2 tracking a target that was drawn back into the arm's reach.
+        output motion_limited (6): of state_desired, the motion of the tool point that the joints
+            are asked for, after every limit: p_WE [m], its velocity [m/s].
+
+    Update, at t = k period, with "dpsoij" and "inverse_jacobian": the limiter follows the command
+    and the joints follow the limiter by resolved rates, see `servo`. With another method each
+    sample is solved from scratch. Where the answer leaves the tolerance, q stays, v is zero and the
+    limiter returns to the last good pose.
+
     Initial: q = `q_start`, or the answer for `first_command`; the limiter rests at its tool pose.
+
+    Args:
+        config: checked.
+        first_command: (8,).
+        q_start: (6,), or None.
+        seed: of the swarms.
+        period: [s].
+
+    Raises:
+        ValueError: `q_start` is outside the joint ranges, or `first_command` cannot be reached.
     """
 
     def __init__(
@@ -148,113 +190,54 @@ class InverseKinematicsSystem(LeafSystem):
         seed: int = 0,
         period: float = 1e-3,
     ):
-        super().__init__()
         self._config, self._seed = config, seed
-        self._mast_follows = config.joints == "arm"
-        self._position_first = config.task == "position"
         self._settings = config.settings(period)
-        self._limits = np.array([LOWER, UPPER, MAX_SPEED])
-
+        self._limits = LIMITS.pack(lower=LOWER, upper=UPPER, rate=MAX_SPEED)
         if q_start is None:
             q = first_posture(config, first_command, seed)
         else:
             q = check_configuration("q_start", q_start)
-        limiter = limiter_at(q)
-        self._command = self.DeclareVectorInputPort("tool_command", 8)
-        self._desired = declare_state(self, np.concatenate([q, np.zeros(6)]), "state_desired")
-        # The count of samples numbers the draws of the swarm methods.
-        self._memory = declare_state(
-            self, np.concatenate([limiter, [servo.TRACKING, 0.0]]), "servo_state"
-        )
-        memory = {self.discrete_state_ticket(DiscreteStateIndex(self._memory))}
-        self.DeclareVectorOutputPort("X_WE_desired", 7, self._show_pose, memory)
-        self.DeclareVectorOutputPort("status", 1, self._show_status, memory)
-        desired = {self.discrete_state_ticket(DiscreteStateIndex(self._desired))}
-        self.DeclareVectorOutputPort("motion_limited", 6, self._show_motion, desired)
-        update = self._follow if config.method in FOLLOWERS else self._solve
-        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
-
-    def _follow(self, context: Context, discrete: DiscreteValues) -> None:
-        desired = discrete.get_mutable_value(self._desired)
-        memory = discrete.get_mutable_value(self._memory)
-        memory[STATUS] = servo.servo_step(
-            self._command.Eval(context),
-            memory[: servo.LIMITER_SIZE],
-            desired,
-            self._mast_follows,
-            self._position_first,
-            self._limits,
-            self._settings,
+        super().__init__(
+            Declaration(
+                inputs={"tool_command": Input(TOOL_COMMAND.size, finite=True)},
+                memory={
+                    "state_desired": Memory(STATE.zeros(q=q), port=True),
+                    "servo_state": Memory(servo.servo_state_at(q), port=True),
+                },
+                outputs={
+                    "X_WE_desired": Output(POSE.size, show_pose),
+                    "status": Output(1, show_status),
+                    "motion_limited": Output(MOTION.size, show_motion),
+                },
+                parameters={"settings": self._settings, "limits": self._limits},
+                period=period,
+                update=servo.servo_step if config.method in FOLLOWERS else self._solve,
+            )
         )
 
-    def _show_pose(self, context: Context, output: BasicVector) -> None:
-        memory = context.get_discrete_state(self._memory).value()
-        output.SetFromVector(memory[: servo.POSE_SIZE])
-
-    def _show_status(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_discrete_state(self._memory).value()[[STATUS]])
-
-    def _show_motion(self, context: Context, output: BasicVector) -> None:
-        desired = context.get_discrete_state(self._desired).value()
-        tool_motion(desired, output.get_mutable_value())
-
-    def _solve(self, context: Context, discrete: DiscreteValues) -> None:
-        desired = discrete.get_mutable_value(self._desired)
-        memory = discrete.get_mutable_value(self._memory)
-        limiter, good = memory[: servo.LIMITER_SIZE], memory[: servo.LIMITER_SIZE].copy()
-        cut = servo.follow_command(
-            self._command.Eval(context),
-            limiter,
-            self._mast_follows,
-            self._limits,
-            self._settings,
-        )
-        memory[COUNT] += 1.0
-        q_seed = desired[:6].copy()
-        if self._mast_follows:
-            q_seed[0] = limiter[servo.MAST]
+    def _solve(self, tool_command: Array, state_desired: Array, servo_state: Array) -> None:
+        """Solve one sample from scratch, in Python; the count numbers the draws of the swarms."""
+        desired, now = STATE.unpack(state_desired), SERVO_STATE.unpack(servo_state)
+        now.count[()] += 1.0
+        good = servo_state.copy()
+        settings, limits = self._settings, self._limits
+        cut = follow_command(tool_command, servo_state, settings, limits)
+        q_seed = desired.q.copy()
+        if self._config.joints == "arm":
+            q_seed[0] = now.mast[()]
         options = {"polish": False} if self._config.method in SWARMS else {}
         result = solve(
-            pose_matrix(limiter),
+            pose_matrix(servo_state),
             method=self._config.method,
             joints=self._config.joints,
             task=self._config.task,
             q_seed=q_seed,
-            seed=self._seed + int(memory[COUNT]),
+            seed=self._seed + int(now.count[()]),
             **options,
         )
-        if result.success:
-            desired[:6] = result.q
-            servo.reference_rates(
-                limiter,
-                result.q,
-                self._mast_follows,
-                self._position_first,
-                self._limits,
-                desired[6:],
-            )
-        else:
-            limiter[:] = good
-            servo.rest(limiter, desired)
-        status = servo.REACH_LIMITED if cut else servo.TRACKING
-        memory[STATUS] = status if result.success else servo.HOLDING
-
-
-@njit(cache=True)
-def tool_motion(state: Array, motion: Array) -> None:
-    """Write position and velocity in W (6,) [m, m/s] of the tool point of a state (12,)."""
-    p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    tool_kinematics_kernel(state[:6], p, R, J)
-    for i in range(3):
-        motion[i] = p[i]
-        motion[3 + i] = 0.0
-        for j in range(6):
-            motion[3 + i] += J[3 + i, j] * state[6 + j]
-
-
-def limiter_at(q: Array) -> Array:
-    """Return the limiter (15,) at rest at the tool pose of q."""
-    limiter = np.zeros(servo.LIMITER_SIZE)
-    limiter[: servo.POSE_SIZE] = pose_vector(q)
-    limiter[servo.MAST] = q[0]
-    return limiter
+        if not result.success:
+            servo.hold(good, servo_state, state_desired)
+            return
+        desired.q[:] = result.q
+        servo.reference_rates(servo_state, result.q, settings, limits, desired.v)
+        now.status[()] = servo.REACH_LIMITED if cut else servo.TRACKING

@@ -14,10 +14,9 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
-from scara_drake.ik.kernels.branches import LOWER, UPPER
-from scara_drake.ik.kernels.refine import error_kernel
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE, Problem
-from scara_drake.joints import HOME, check_configuration
+from scara_drake.ik.kernels.errors import confirm_kernel
+from scara_drake.ik.result import Problem
+from scara_drake.joints import HOME, LOWER, UPPER, check_configuration
 
 Array = NDArray[np.float64]
 
@@ -62,17 +61,6 @@ def clip_seed_kernel(q: Array) -> bool:
             return False
         q[j] = min(max(q[j], LOWER[j]), UPPER[j])
     return True
-
-
-@njit(cache=True)
-def confirm_kernel(q: Array, p: Array, R: Array, position_only: bool) -> tuple[float, float, bool]:
-    """Return the errors [m], [rad] of a posture (6,) and whether it is a success."""
-    position, rotation = error_kernel(q, p, R)
-    success = position <= POSITION_TOLERANCE
-    success = success and (position_only or rotation <= ROTATION_TOLERANCE)
-    for j in range(6):
-        success = success and LOWER[j] <= q[j] <= UPPER[j]
-    return position, rotation, success
 
 
 def check_pose(X_WE: Any, name: str) -> Array:

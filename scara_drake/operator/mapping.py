@@ -121,13 +121,10 @@ def move_command(joystick_axes: Array, mapping: Array, tool_command: Array) -> N
     """
     if not np.isfinite(joystick_axes).all():
         return
-    stick, g, command = (
-        stick_of(joystick_axes),
-        stick_motion_of(mapping),
-        tool_command_of(tool_command),
-    )
+    stick, g = stick_of(joystick_axes), stick_motion_of(mapping)
+    command = tool_command_of(tool_command)
     x, y, z = stick.position
-    p_WE, height = command.p_WE, command.mast_height[()]
+    p_WE, height = command.p, command.mast[()]
     dx = g.centre[0] + g.scale * remove_dead_zone(x, g.dead_zone) - p_WE[0]
     dy = g.centre[1] + g.scale * remove_dead_zone(y, g.dead_zone) - p_WE[1]
     dz = g.centre[2] + g.scale * remove_dead_zone(z, g.dead_zone) - (p_WE[2] - height)
@@ -141,7 +138,7 @@ def move_command(joystick_axes: Array, mapping: Array, tool_command: Array) -> N
     p_WE[0] += share * dx
     p_WE[1] += share * dy
     p_WE[2] += share * dz + (new_height - height)
-    command.mast_height[()] = new_height
+    command.mast[()] = new_height
 
 
 class JoystickToPose(Block):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from scara_drake.vectors import SERVO_STATUS
+from scara_drake.vectors import SERVO_STATE
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,11 @@ SIGNALS: Final[dict[str, Signal]] = {
     "delay_up": Signal("delay_up", 0, (), "s", "delay of the command"),
     "delay_down": Signal("delay_down", 0, (), "s", "delay of the force"),
     "status": Signal(
-        "servo_state", SERVO_STATUS, (), "1", "0 tracking, 1 holding, 2 target drawn into reach"
+        "servo_state",
+        SERVO_STATE.slices["status"].start,
+        (),
+        "1",
+        "0 tracking, 1 holding, 2 target drawn into reach",
     ),
     "f_kinesthetic": Signal(
         "f_kinesthetic", 0, _AXIS, "N", "force on the hand by a kinesthetic device", False

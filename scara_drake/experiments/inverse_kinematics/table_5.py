@@ -16,7 +16,9 @@ from scara_drake.experiments.inverse_kinematics.postures import (
     targets,
 )
 from scara_drake.experiments.quantity import quantity
-from scara_drake.ik.kernels.refine import error_kernel, refine_kernel
+from scara_drake.ik.kernels.errors import error_kernel
+from scara_drake.ik.kernels.postures import Bounds, Goal
+from scara_drake.ik.kernels.refine import Descent, refine_kernel
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_LENGTH, ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
 from scara_drake.recordings.labels import labelled
@@ -146,7 +148,11 @@ def _without_ranges(X: np.ndarray, seed: int, starts: int) -> tuple[float, float
     for _ in range(starts):
         q = generator.uniform(-np.pi, np.pi, 6)
         q[0] = REFERENCE_HEIGHT
-        refine_kernel(q, p, R, 1, ROTATION_LENGTH, lower, upper, 1.0, 200, True, np.empty((0, 2)))
+        goal, descent = (
+            Goal(p, R, Bounds(1, lower, upper)),
+            Descent(ROTATION_LENGTH, 1.0, 200, True),
+        )
+        refine_kernel(q, goal, descent, np.empty((0, 2)))
         position, rotation = error_kernel(q, p, R)
         hinges = [abs(np.remainder(q[j] + np.pi, 2.0 * np.pi) - np.pi) for j in HINGES]
         excess = max(0.0, float(max(hinges)) - UPPER[HINGES[0]])

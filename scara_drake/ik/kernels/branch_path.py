@@ -11,33 +11,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.ik.kernels.closed_form_arm import arm_solutions_kernel
-from scara_drake.ik.kernels.closed_form_mast import mast_branches_kernel
-from scara_drake.ik.robust import CANDIDATES, inside_kernel, settle_kernel
+from scara_drake.ik.kernels.solutions import MOST, SLACK, every_turn_kernel, solutions_kernel
 
 Array = NDArray[np.float64]
 
-TURN = 2.0 * np.pi
-MOST = 8 * CANDIDATES  # solutions of a point, whole turns counted
-
-
-@njit(cache=True)
-def every_turn_kernel(solutions: Array, n: int, listed: Array) -> int:
-    """List n solutions with all whole turns of theta2, theta3, theta6 inside the limits."""
-    count = 0
-    for k in range(n):
-        for a in range(-2, 3):
-            for b in range(-2, 3):
-                for c in range(-2, 3):
-                    row = listed[count]
-                    row[:] = solutions[k]
-                    row[1] += a * TURN
-                    row[2] += b * TURN
-                    row[5] += c * TURN
-                    settle_kernel(row)
-                    if inside_kernel(row) and count < listed.shape[0] - 1:
-                        count += 1
-    return count
+MOST_TURNED = 8 * MOST  # solutions of a point, whole turns counted
 
 
 @njit(cache=True)
@@ -68,25 +46,22 @@ def smoothest_path_kernel(
         solution.
     """
     n = p.shape[0]
-    solutions, listed = np.empty((CANDIDATES, 6)), np.empty((n, MOST + 1, 6))
-    counts, came = np.zeros(n, np.int64), np.zeros((n, MOST), np.int64)
-    cost, length = np.full(MOST, np.inf), np.zeros(MOST)
+    work, listed = np.empty((MOST, 6)), np.empty((n, MOST_TURNED + 1, 6))
+    counts, came = np.zeros(n, np.int64), np.zeros((n, MOST_TURNED), np.int64)
+    cost, length = np.full(MOST_TURNED, np.inf), np.zeros(MOST_TURNED)
     if fixed:
         counts[0] = 1
         listed[0, 0] = start
         cost[0] = 0.0
     for k in range(1 if fixed else 0, n):
-        if first_joint == 1:
-            found = arm_solutions_kernel(p[k], R[k], start[0], solutions)
-        else:
-            found = mast_branches_kernel(p[k], R[k], solutions)
-        counts[k] = every_turn_kernel(solutions, found, listed[k])
+        found = solutions_kernel(p[k], R[k], first_joint, start[0], work)
+        counts[k] = every_turn_kernel(work, found, SLACK, listed[k])
         if counts[k] == 0:
             return np.inf
         if k == 0:
             cost[: counts[0]] = 0.0
             continue
-        new_cost, new_length = np.full(MOST, np.inf), np.zeros(MOST)
+        new_cost, new_length = np.full(MOST_TURNED, np.inf), np.zeros(MOST_TURNED)
         for j in range(counts[k]):
             for i in range(counts[k - 1]):
                 step = largest_step_kernel(listed[k - 1, i], listed[k, j])

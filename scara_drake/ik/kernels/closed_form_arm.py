@@ -15,20 +15,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.ik.kernels.branches import mirror_kernel
+from scara_drake.ik.kernels.errors import linear_kernel, linearize_kernel
 from scara_drake.ik.kernels.least_squares import (
     cholesky_kernel,
     normal_equations_kernel,
     substitute_kernel,
 )
-from scara_drake.kinematics import (
-    A4,
-    D3,
-    D6,
-    rotation_vector_kernel,
-    tool_kinematics_kernel,
-    tool_pose_kernel,
-)
+from scara_drake.ik.kernels.postures import mirror_kernel, wrap_kernel
+from scara_drake.kinematics import A4, D3, D6, rotation_vector_kernel, tool_pose_kernel
 
 Array = NDArray[np.float64]
 
@@ -42,13 +36,6 @@ DAMPING = 1e-3  # of the Newton steps, in units of the squared error
 SMALL_FOREARM = 1e-3  # of the forearm across the beam, [m]: θ3 is then taken from the tool axis
 VERTICAL = 1e-12  # horizontal part of the tool axis [1], also of the wrist [m], that is rounding
 ON_THE_AXIS = 1e-6  # distance from wrist to mast axis, [m]: θ2 is then taken from the tool axis
-
-
-@njit(cache=True)
-def wrap_kernel(angle: float) -> float:
-    """Return the angle within (-pi, pi]."""
-    wrapped = angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
-    return wrapped + 2.0 * np.pi if wrapped <= -np.pi else wrapped
 
 
 @njit(cache=True)
@@ -90,17 +77,11 @@ def make_exact_kernel(
 @njit(cache=True)
 def _newton(q: Array, p_WE: Array, R_WE: Array, first_joint: int) -> float:
     """Newton steps on q (6,) while they help, damped near singular postures; the larger error."""
-    p, R, J, H = np.empty(3), np.empty((3, 3)), np.empty((6, 6)), np.empty((6, 6))
-    e_p, e_w, dq, free, best = np.empty(3), np.empty(3), np.empty(6), np.ones(6), q.copy()
+    at, H, dq, free, best = linear_kernel(), np.empty((6, 6)), np.empty(6), np.ones(6), q.copy()
     free[0] = 1.0 - first_joint
     least, larger, damping = np.inf, np.inf, 1.0
     for _ in range(NEWTON_STEPS):
-        tool_kinematics_kernel(q, p, R, J)
-        rotation = rotation_vector_kernel(R_WE, R, e_w)
-        square = 0.0
-        for i in range(3):
-            e_p[i] = p_WE[i] - p[i]
-            square += e_p[i] * e_p[i]
+        square, rotation = linearize_kernel(q, p_WE, R_WE, at)
         cost = square + rotation * rotation
         if cost < least:
             best[:] = q
@@ -113,12 +94,9 @@ def _newton(q: Array, p_WE: Array, R_WE: Array, first_joint: int) -> float:
             if larger < SHARP or damping > 1e6:
                 break
             q[:] = best
-            tool_kinematics_kernel(q, p, R, J)
-            rotation_vector_kernel(R_WE, R, e_w)
-            for i in range(3):
-                e_p[i] = p_WE[i] - p[i]
+            linearize_kernel(q, p_WE, R_WE, at)
             damping *= 100.0
-        normal_equations_kernel(J, e_p, e_w, 1.0, free, H, dq)
+        normal_equations_kernel(at.J, at.e_p, at.e_w, 1.0, free, H, dq)
         for j in range(6):
             H[j, j] += damping * (DAMPING * least + 1e-16)
         cholesky_kernel(H, 6)

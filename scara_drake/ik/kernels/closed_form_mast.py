@@ -11,6 +11,8 @@ of degree three: up to six θ2, and for each two postures.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -21,8 +23,8 @@ from scara_drake.ik.kernels.closed_form_arm import (
     make_exact_kernel,
     other_posture_kernel,
     tool_angles_kernel,
-    wrap_kernel,
 )
+from scara_drake.ik.kernels.postures import wrap_kernel
 from scara_drake.ik.kernels.trigonometric import MAX_ROOTS, evaluate_kernel, roots_kernel
 from scara_drake.kinematics import A4, D3, D6
 
@@ -38,6 +40,26 @@ OPEN_SIGN = 1e-5
 # its amplitudes.
 BLUR = 1e-3
 SNAP = 1e-9
+
+
+class Wrist(NamedTuple):
+    """A target.
+
+    Attributes:
+        u: opposite of the tool axis (3,).
+        w: wrist centre (3,) [m].
+        p_WE: tool position (3,) [m].
+        R_WE: tool rotation (3, 3).
+        p: work space (3,).
+        R: work space (3, 3).
+    """
+
+    u: Array
+    w: Array
+    p_WE: Array
+    R_WE: Array
+    p: Array
+    R: Array
 
 
 @njit(cache=True)
@@ -58,18 +80,9 @@ def mast_polynomial_kernel(u: Array, w: Array, c: Array) -> None:
 
 
 @njit(cache=True)
-def _postures_at(
-    theta2: float,
-    u: Array,
-    w: Array,
-    p_WE: Array,
-    R_WE: Array,
-    p: Array,
-    R: Array,
-    q: Array,
-    n: int,
-) -> int:
+def _postures_at(theta2: float, target: Wrist, q: Array, n: int) -> int:
     """Append the solutions with this θ2 to the n in q; return their new number."""
+    u, w, p_WE, R_WE, p, R = target
     c2, s2 = np.cos(theta2), np.sin(theta2)
     tool_x = u[0] * c2 + u[1] * s2
     across, along = w[0] * c2 + w[1] * s2, w[1] * c2 - w[0] * s2
@@ -125,7 +138,7 @@ def mast_branches_kernel(p_WE: Array, R_WE: Array, q: Array) -> int:
     """
     u, w, c = np.empty(3), np.empty(3), np.empty(7)
     roots, multiple = np.empty(MAX_ROOTS), np.empty(MAX_ROOTS)
-    p, R = np.empty(3), np.empty((3, 3))
+    target = Wrist(u, w, p_WE, R_WE, np.empty(3), np.empty((3, 3)))
     for i in range(3):
         u[i] = -R_WE[i, 2]
         w[i] = p_WE[i] + D6 * u[i]
@@ -145,7 +158,7 @@ def mast_branches_kernel(p_WE: Array, R_WE: Array, q: Array) -> int:
                 exact = np.arctan2(-v[0], v[1]) + (i % 2) * np.pi
                 f, _, _ = evaluate_kernel(c, exact)
                 if abs(wrap_kernel(exact - roots[k])) < BLUR and abs(f) < SNAP * scale:
-                    n = _postures_at(exact, u, w, p_WE, R_WE, p, R, q, n)
+                    n = _postures_at(exact, target, q, n)
         if n == before:
-            n = _postures_at(roots[k], u, w, p_WE, R_WE, p, R, q, n)
+            n = _postures_at(roots[k], target, q, n)
     return n

@@ -6,10 +6,13 @@ for one that is held, and writes a joint step (6,).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.ik.kernels.postures import Bounds
 from scara_drake.ik.result import ROTATION_LENGTH
 
 Array = NDArray[np.float64]
@@ -19,6 +22,20 @@ Array = NDArray[np.float64]
 POSITION_BOUND = 0.03
 ROTATION_BOUND = 0.05
 WEIGHTED_BOUND = 0.02
+
+
+class Priority(NamedTuple):
+    """What a step is to meet.
+
+    Attributes:
+        position_first: the position exactly and the rotation in its null space; else both.
+        extra_p: added to the squared damping of the position, or of both.
+        extra_w: added to that of the rotation.
+    """
+
+    position_first: bool
+    extra_p: float
+    extra_w: float
 
 
 @njit(cache=True)
@@ -211,13 +228,9 @@ def bounded_step_kernel(
     J_WE: Array,
     e_p: Array,
     e_w: Array,
-    position_first: bool,
-    extra_p: float,
-    extra_w: float,
+    priority: Priority,
     q: Array,
-    first_joint: int,
-    lower: Array,
-    upper: Array,
+    bounds: Bounds,
     free: Array,
     dq: Array,
 ) -> None:
@@ -225,13 +238,14 @@ def bounded_step_kernel(
 
     The remaining joints take over the task; `free` (6,) returns who may move.
     """
+    lower, upper, first_joint = bounds.lower, bounds.upper, bounds.first_joint
     for j in range(6):
         free[j] = 1.0 if j >= first_joint else 0.0
     for _ in range(6):
-        if position_first:
-            position_first_kernel(J_WE, e_p, e_w, free, extra_p, extra_w, dq)
+        if priority.position_first:
+            position_first_kernel(J_WE, e_p, e_w, free, priority.extra_p, priority.extra_w, dq)
         else:
-            weighted_kernel(J_WE, e_p, e_w, free, extra_p, dq)
+            weighted_kernel(J_WE, e_p, e_w, free, priority.extra_p, dq)
         again = False
         for j in range(first_joint, 6):
             out = (q[j] <= lower[j] and dq[j] < 0.0) or (q[j] >= upper[j] and dq[j] > 0.0)

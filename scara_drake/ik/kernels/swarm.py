@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.layout import Cell
+from scara_drake.ik.kernels.postures import Bounds, Goal
 from scara_drake.ik.options import Swarm
 from scara_drake.kinematics import tool_pose_kernel
 
@@ -15,9 +19,60 @@ Draws = NDArray[np.uint64]
 IMPROVEMENT = 0.02  # a best that gains less than this share has stalled
 
 
+class Rule(NamedTuple):
+    """What a swarm starts from and when it ends.
+
+    Attributes:
+        squared: the objective as a sum of squares.
+        low: box of the first draw (6,).
+        high: box of the first draw (6,).
+        position_tolerance: a particle within both ends the run [m].
+        rotation_tolerance: [rad].
+        seeded: how many particles are given; the others are drawn.
+    """
+
+    squared: bool
+    low: Array
+    high: Array
+    position_tolerance: float
+    rotation_tolerance: float
+    seeded: int
+
+
+class Flock(NamedTuple):
+    """A swarm on its way.
+
+    Attributes:
+        x: postures (n, 6).
+        velocity: (n, 6).
+        best: personal bests (n, 6).
+        costs: their objectives (n,).
+        leader: global best (6,).
+        leading: its objective.
+        position: its error [m].
+        rotation: its error [rad].
+        p: work space (3,).
+        R: work space (3, 3).
+    """
+
+    x: Array
+    velocity: Array
+    best: Array
+    costs: Array
+    leader: Array
+    leading: Cell
+    position: Cell
+    rotation: Cell
+    p: Array
+    R: Array
+
+
+@njit(cache=True)
 def draws(seed: int) -> Draws:
-    """State (1,) of the generator; every kernel that draws advances it."""
-    return np.array([seed & 0xFFFFFFFFFFFFFFFF], dtype=np.uint64)
+    """Return the state (1,) of the generator; every kernel that draws advances it."""
+    state = np.empty(1, dtype=np.uint64)
+    state[0] = np.uint64(seed)
+    return state
 
 
 @njit(cache=True)
@@ -51,103 +106,101 @@ def _errors(q: Array, p_d: Array, R_d: Array, p: Array, R: Array) -> tuple[float
 
 
 @njit(cache=True)
+def _rank(swarm: Swarm, goal: Goal, rule: Rule, flock: Flock) -> bool:
+    """Find the personal bests and the global one; return whether it is within the tolerances."""
+    done = False
+    for i in range(swarm.particles):
+        e_p, e_w = _errors(flock.x[i], goal.p, goal.R, flock.p, flock.R)
+        a, b = swarm.position_weight * e_p, swarm.rotation_weight * e_w
+        cost = a * a + b * b if rule.squared else a + b
+        if cost < flock.costs[i]:  # (17)
+            flock.costs[i] = cost
+            flock.best[i] = flock.x[i]
+        inside = e_p <= rule.position_tolerance and e_w <= rule.rotation_tolerance
+        if (cost < flock.leading[()] and not done) or (inside and not done):  # (16)
+            flock.leading[()], flock.position[()], flock.rotation[()] = cost, e_p, e_w
+            flock.leader[:] = flock.x[i]
+            done = inside
+    return done
+
+
+@njit(cache=True)
+def _move(swarm: Swarm, inertia: float, bounds: Bounds, state: Draws, flock: Flock) -> None:
+    """Move all particles: velocity (18), or (24) with personal = 0, and position (19)."""
+    lower, upper = bounds.lower, bounds.upper
+    x, velocity, best, leader = flock.x, flock.velocity, flock.best, flock.leader
+    for i in range(swarm.particles):
+        for j in range(bounds.first_joint, 6):
+            limit = swarm.max_speed * (upper[j] - lower[j])
+            v = inertia * velocity[i, j]
+            if swarm.personal > 0.0:
+                v += swarm.personal * draw_kernel(state) * (best[i, j] - x[i, j])
+            v += swarm.social * draw_kernel(state) * (leader[j] - x[i, j])
+            v = min(max(v, -limit), limit)
+            velocity[i, j] = v
+            x[i, j] = min(max(x[i, j] + v, lower[j]), upper[j])  # (19) and Step 10
+
+
+@njit(cache=True)
+def _order(flock: Flock, done: bool) -> None:
+    """Replace the postures by the personal bests in the order of their objective.
+
+    A leader that ended the run goes in front.
+    """
+    order = np.argsort(flock.costs)
+    ordered = flock.costs[order]
+    for i in range(order.size):
+        flock.x[i] = flock.best[order[i]]
+        flock.costs[i] = ordered[i]
+    if done:
+        flock.x[0] = flock.leader
+        flock.costs[0] = flock.leading[()]
+
+
+@njit(cache=True)
 def swarm_kernel(
-    swarm: Swarm,
-    squared: bool,
-    p_desired: Array,
-    R_desired: Array,
-    first_joint: int,
-    low: Array,
-    high: Array,
-    lower: Array,
-    upper: Array,
-    position_tolerance: float,
-    rotation_tolerance: float,
-    state: Draws,
-    x: Array,
-    costs: Array,
-    seeded: int,
-    history: Array,
-    written: int,
+    swarm: Swarm, goal: Goal, rule: Rule, state: Draws, x: Array, costs: Array, history: Array
 ) -> tuple[int, int, float, float]:
     """Run one swarm: velocity (18), or (24) with personal = 0, and inertia (53).
 
     Args:
         swarm: its parameters.
-        squared: the objective as a sum of squares.
-        p_desired: (3,) [m].
-        R_desired: (3, 3).
-        first_joint: joints before it are held at the value in x.
-        low: box of the first draw (6,).
-        high: box of the first draw (6,).
-        lower: joint limits (6,), kept by every particle.
-        upper: joint limits (6,).
-        position_tolerance: a particle within both ends the run [m].
-        rotation_tolerance: [rad].
+        goal: pose and joints; those that do not move keep their value in x.
+        rule: start and end.
         state: of the draws.
-        x: (particles, 6), the first `seeded` of them given; returns the personal bests, the global
-            best first.
+        x: (particles, 6), the first of them given where `rule` says so; returns the personal bests,
+            the global best first.
         costs: (particles,), returns their objectives.
-        seeded: how many particles are given.
-        history: (h, 2) errors of the global best, filled from row `written`.
-        written: rows already filled.
+        history: (h, 2) errors of the global best, filled from the first row.
 
     Returns:
         Iterations, evaluations, and the position and rotation error of the global best.
     """
     n = swarm.particles
-    p, R = np.empty(3), np.empty((3, 3))
-    best, velocity, leader = np.empty((n, 6)), np.zeros((n, 6)), np.empty(6)
-    leading, position, rotation = np.inf, np.inf, np.inf
+    flock = Flock(
+        x, np.zeros((n, 6)), np.empty((n, 6)), costs, np.empty(6),
+        np.full((), np.inf), np.full((), np.inf), np.full((), np.inf),
+        np.empty(3), np.empty((3, 3)),
+    )  # fmt: skip
     for i in range(n):
-        if i >= seeded:
-            draw_posture_kernel(state, low, high, first_joint, x[i])
+        if i >= rule.seeded:
+            draw_posture_kernel(state, rule.low, rule.high, goal.bounds.first_joint, x[i])
         costs[i] = np.inf
     inertia = swarm.inertia
-    evaluations, iteration, waited, mark = 0, 0, 0, np.inf
-    done = False
+    iteration, waited, mark = 0, 0, np.inf
     while True:
-        for i in range(n):
-            e_p, e_w = _errors(x[i], p_desired, R_desired, p, R)
-            evaluations += 1
-            a, b = swarm.position_weight * e_p, swarm.rotation_weight * e_w
-            cost = a * a + b * b if squared else a + b
-            if cost < costs[i]:  # (17)
-                costs[i] = cost
-                best[i] = x[i]
-            inside = e_p <= position_tolerance and e_w <= rotation_tolerance
-            if (cost < leading and not done) or (inside and not done):  # (16)
-                leading, position, rotation = cost, e_p, e_w
-                leader[:] = x[i]
-                done = inside
-        if written + iteration < history.shape[0]:
-            history[written + iteration, 0] = position
-            history[written + iteration, 1] = rotation
-        if leading < (1.0 - IMPROVEMENT) * mark:
-            mark, waited = leading, 0
+        done = _rank(swarm, goal, rule, flock)
+        if iteration < history.shape[0]:
+            history[iteration, 0] = flock.position[()]
+            history[iteration, 1] = flock.rotation[()]
+        if flock.leading[()] < (1.0 - IMPROVEMENT) * mark:
+            mark, waited = flock.leading[()], 0
         else:
             waited += 1
         if done or iteration >= swarm.iterations or (swarm.stall > 0 and waited >= swarm.stall):
             break
         iteration += 1
-        for i in range(n):
-            for j in range(first_joint, 6):
-                limit = swarm.max_speed * (upper[j] - lower[j])
-                v = inertia * velocity[i, j]
-                if swarm.personal > 0.0:
-                    v += swarm.personal * draw_kernel(state) * (best[i, j] - x[i, j])
-                v += swarm.social * draw_kernel(state) * (leader[j] - x[i, j])
-                v = min(max(v, -limit), limit)
-                velocity[i, j] = v
-                x[i, j] = min(max(x[i, j] + v, lower[j]), upper[j])  # (19) and Step 10
+        _move(swarm, inertia, goal.bounds, state, flock)
         inertia *= swarm.inertia_damping  # (53)
-    # The personal bests, in the order of their objective; the leader in front.
-    order = np.argsort(costs)
-    ordered = costs[order]
-    for i in range(n):
-        x[i] = best[order[i]]
-        costs[i] = ordered[i]
-    if done:
-        x[0] = leader
-        costs[0] = leading
-    return iteration, evaluations, position, rotation
+    _order(flock, done)
+    return iteration, n * (iteration + 1), flock.position[()], flock.rotation[()]

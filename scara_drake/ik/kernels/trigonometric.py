@@ -8,6 +8,8 @@ cannot be told from zero.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -25,6 +27,22 @@ SAME = 1e-12  # [rad]
 SHARP = 1e-7  # a root known this well is a plain one, [rad]
 BLUR = 1e-6  # of a multiple root, [rad]
 MAX_ROOTS = 24
+
+
+class Roots(NamedTuple):
+    """What was found.
+
+    Attributes:
+        angles: (MAX_ROOTS,), ascending [rad].
+        multiple: (MAX_ROOTS,), 1.0 for roots of which several cannot be told apart, else 0.0.
+        rounding: value of the polynomial that is rounding.
+        touching: value of an extremum that counts as zero.
+    """
+
+    angles: Array
+    multiple: Array
+    rounding: float
+    touching: float
 
 
 @njit(cache=True)
@@ -89,12 +107,93 @@ def _extremum(c: Array, low: float, high: float, slope: float, curvature: float)
 
 
 @njit(cache=True)
-def _add(root: float, several: bool, roots: Array, multiple: Array, n: int) -> int:
+def _add(root: float, several: bool, roots: Roots, n: int) -> int:
     """Append a root, unless the one before is the same; return the new number."""
-    if n == MAX_ROOTS or (n > 0 and root - roots[n - 1] < SAME):
+    if n == MAX_ROOTS or (n > 0 and root - roots.angles[n - 1] < SAME):
         return n
-    roots[n], multiple[n] = root, 1.0 if several else 0.0
+    roots.angles[n], roots.multiple[n] = root, 1.0 if several else 0.0
     return n + 1
+
+
+@njit(cache=True)
+def _add_monotonic(
+    c: Array, t: float, h: float, f: float, slope: float, roots: Roots, n: int
+) -> int:
+    """Append the root of a polynomial that is monotonic on t ± h, if any; return the new number.
+
+    It can only lie on the side where the polynomial comes nearer to zero.
+    """
+    end = t - h if f * slope > 0.0 else t + h
+    f_end, slope_end, _ = evaluate_kernel(c, end)
+    if _root_between(f, f_end, slope_end, roots.rounding):
+        root = _root(c, t - f / slope, min(t, end), max(t, end), slope > 0.0)
+        n = _add(root, False, roots, n)
+    return n
+
+
+@njit(cache=True)
+def _add_curved(
+    c: Array, t: float, h: float, slope: float, curvature: float, roots: Roots, n: int
+) -> int:
+    """Append the roots of a polynomial of one curvature on t ± h; return the new number.
+
+    There are none, two, or one double root, around the extremum.
+    """
+    middle = _extremum(c, t - h, t + h, slope, curvature)
+    f, slope, curvature = evaluate_kernel(c, middle)
+    zero = abs(f) < roots.rounding or (abs(f) < roots.touching and f * curvature > 0.0)
+    if abs(slope) < abs(curvature) * 1e-9 and zero:
+        n = _add(middle, True, roots, n)
+    elif f * curvature < 0.0 or abs(f) < roots.rounding:
+        away = np.sqrt(abs(2.0 * f / curvature))
+        for sign in (-1.0, 1.0):
+            end = t + sign * h
+            f_end, slope_end, _ = evaluate_kernel(c, end)
+            if _root_between(f, f_end, slope_end, roots.rounding):
+                low, high = min(middle, end), max(middle, end)
+                rising = sign * curvature > 0.0
+                root = _root(c, middle + sign * away, low, high, rising)
+                n = _add(root, False, roots, n)
+    return n
+
+
+@njit(cache=True)
+def _search(c: Array, third: float, roots: Roots) -> int:
+    """Write the roots in one turn, the seam looked at from both sides; return their number.
+
+    `third` bounds the third derivative.
+    """
+    stack = np.empty((64, 2))
+    n = 0
+    cluster_start = cluster_end = -np.inf
+    width = np.pi / START_INTERVALS  # half of an interval
+    for start in range(START_INTERVALS):
+        stack[0, 0], stack[0, 1] = FIRST_ANGLE + (2 * start + 1) * width, width
+        waiting = 1
+        while waiting > 0:
+            waiting -= 1
+            t, h = stack[waiting, 0], stack[waiting, 1]
+            f, slope, curvature = evaluate_kernel(c, t)
+            spread = h * (abs(slope) + h * (0.5 * abs(curvature) + h * third / 6.0))
+            if abs(f) > spread + roots.touching:
+                continue
+            if abs(slope) > h * (abs(curvature) + 0.5 * h * third):
+                n = _add_monotonic(c, t, h, f, slope, roots, n)
+            elif abs(curvature) > h * third:
+                n = _add_curved(c, t, h, slope, curvature, roots, n)
+            elif spread < roots.rounding:
+                # Neighbours make one cluster, entered by its middle.
+                if abs(f) < 2.0 * roots.rounding and n > 0 and t - cluster_end < 8.0 * h:
+                    roots.angles[n - 1] = 0.5 * (cluster_start + t)
+                    cluster_end = t
+                elif abs(f) < 2.0 * roots.rounding:
+                    n = _add(t, True, roots, n)
+                    cluster_start = cluster_end = t
+            else:
+                stack[waiting, 0], stack[waiting, 1] = t + 0.5 * h, 0.5 * h
+                stack[waiting + 1, 0], stack[waiting + 1, 1] = t - 0.5 * h, 0.5 * h
+                waiting += 2
+    return n
 
 
 @njit(cache=True)
@@ -116,57 +215,7 @@ def roots_kernel(c: Array, roots: Array, multiple: Array) -> int:
     if scale == 0.0:
         roots[0], multiple[0] = 0.0, 1.0
         return 1
-    rounding, touching = ROUNDING * scale, TOUCHING * scale
-    stack = np.empty((64, 2))
-    n = 0
-    cluster_start = cluster_end = -np.inf
-    width = np.pi / START_INTERVALS  # half of an interval
-    for start in range(START_INTERVALS):
-        stack[0, 0], stack[0, 1] = FIRST_ANGLE + (2 * start + 1) * width, width
-        waiting = 1
-        while waiting > 0:
-            waiting -= 1
-            t, h = stack[waiting, 0], stack[waiting, 1]
-            f, slope, curvature = evaluate_kernel(c, t)
-            spread = h * (abs(slope) + h * (0.5 * abs(curvature) + h * third / 6.0))
-            if abs(f) > spread + touching:
-                continue
-            if abs(slope) > h * (abs(curvature) + 0.5 * h * third):
-                # Monotonic: a root can only lie on the side where it comes nearer to zero.
-                end = t - h if f * slope > 0.0 else t + h
-                f_end, slope_end, _ = evaluate_kernel(c, end)
-                if _root_between(f, f_end, slope_end, rounding):
-                    root = _root(c, t - f / slope, min(t, end), max(t, end), slope > 0.0)
-                    n = _add(root, False, roots, multiple, n)
-            elif abs(curvature) > h * third:
-                # Of one curvature: none, two, or one double root, around the extremum.
-                middle = _extremum(c, t - h, t + h, slope, curvature)
-                f, slope, curvature = evaluate_kernel(c, middle)
-                inside = abs(slope) < abs(curvature) * 1e-9
-                if inside and (abs(f) < rounding or (abs(f) < touching and f * curvature > 0.0)):
-                    n = _add(middle, True, roots, multiple, n)
-                elif f * curvature < 0.0 or abs(f) < rounding:
-                    away = np.sqrt(abs(2.0 * f / curvature))
-                    for sign in (-1.0, 1.0):
-                        end = t + sign * h
-                        f_end, slope_end, _ = evaluate_kernel(c, end)
-                        if _root_between(f, f_end, slope_end, rounding):
-                            low, high = min(middle, end), max(middle, end)
-                            rising = sign * curvature > 0.0
-                            root = _root(c, middle + sign * away, low, high, rising)
-                            n = _add(root, False, roots, multiple, n)
-            elif spread < rounding:
-                # Neighbours make one cluster, entered by its middle.
-                if abs(f) < 2.0 * rounding and n > 0 and t - cluster_end < 8.0 * h:
-                    roots[n - 1] = 0.5 * (cluster_start + t)
-                    cluster_end = t
-                elif abs(f) < 2.0 * rounding:
-                    n = _add(t, True, roots, multiple, n)
-                    cluster_start = cluster_end = t
-            else:
-                stack[waiting, 0], stack[waiting, 1] = t + 0.5 * h, 0.5 * h
-                stack[waiting + 1, 0], stack[waiting + 1, 1] = t - 0.5 * h, 0.5 * h
-                waiting += 2
+    n = _search(c, third, Roots(roots, multiple, ROUNDING * scale, TOUCHING * scale))
     # The circle closes; roots at the seam are found from both sides.
     if n > 1 and roots[n - 1] - roots[0] > 2.0 * np.pi - (BLUR if multiple[0] > 0.0 else SAME):
         n -= 1
