@@ -20,17 +20,11 @@ from scara_drake.display import look
 from scara_drake.environment import Environment, Wall
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 
-COMMANDED, LIMIT, LAW, FIRST, SECOND = (
-    look.COMMANDED,
-    look.LIMIT,
-    look.LAW,
-    look.FIRST,
-    look.SECOND,
-)
+COMMANDED, LIMIT, LAW = look.COMMANDED, look.LIMIT, look.LAW
+FIRST, SECOND = look.FIRST, look.SECOND
 # On paper nothing is translucent.
-DESIRED, MEASURED, FORCE, WALL = (
-    color[:3] for color in (look.DESIRED, look.MEASURED, look.FORCE, look.SURFACE)
-)
+DESIRED, MEASURED = look.DESIRED[:3], look.MEASURED[:3]
+FORCE, WALL = look.FORCE[:3], look.SURFACE[:3]
 REVOLUTE = JOINT_NAMES[1:]
 
 Place = Literal[

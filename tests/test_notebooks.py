@@ -1,7 +1,9 @@
+import ast
 from pathlib import Path
 
 import nbformat
 import pytest
+from matplotlib.colors import is_color_like
 from nbclient import NotebookClient
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
@@ -32,3 +34,17 @@ def test_notebook_is_clean(path):
         if cell.cell_type == "code":
             assert cell.outputs == []
             assert cell.execution_count is None
+
+
+@each_notebook
+def test_notebook_has_no_code_of_its_own(path):
+    """Helpers and colours stand in the package: a notebook only calls and tells."""
+    for cell in read(path).cells:
+        if cell.cell_type != "code":
+            continue
+        for node in ast.walk(ast.parse(cell.source)):
+            assert not isinstance(node, ast.FunctionDef | ast.ClassDef), node.name
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                # Single letters are axes, x and y; none is a channel.
+                word = len(node.value) < 2 or node.value == "none"
+                assert word or not is_color_like(node.value), node.value

@@ -26,9 +26,9 @@ AXES: Final[tuple[Color, Color, Color]] = (
 SKY: Final = {"top_color": [0.78, 0.86, 0.94], "bottom_color": [0.99, 0.99, 0.99]}
 
 # Of plots only, as matplotlib writes them.
-COMMANDED: Final = "0.6"  # a grey, as all that is given and not found
-LIMIT: Final = "0.5"
-LAW: Final = "0.15"
+COMMANDED: Final = "0.6"  # greys: what was given,
+LIMIT: Final = "0.5"  # what is allowed,
+LAW: Final = "0.15"  # what an equation says
 FIRST: Final = "#2f6fb0"  # of two of a kind, side by side
 SECOND: Final = "#e0962a"
 

@@ -30,7 +30,8 @@ def search_space(part: Any, period: float) -> dict[str, BaseDistribution]:
     """Return the ranges of the parameters of a controller part, by name, such as ``c[0]``.
 
     Args:
-        part: the start, a dataclass; every list of numbers in it is a list of gains.
+        part: the start, a dataclass; every list of numbers in it that may not be negative is a
+            list of gains.
         period: [s].
     """
     space: dict[str, BaseDistribution] = {
