@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "scara_drake"
 FILES = sorted(PACKAGE.rglob("*.py"))
 STATIONS = {"operator", "channel", "coupling", "ik", "control", "plant", "environment"}
 GROUND = {"joints", "kinematics", "vectors", "robot", "common"}
+LOOK = "display.look"  # colours and scales alone, for whatever draws
 LONGEST_FILE, LONGEST_FUNCTION, MOST_PARAMETERS = 300, 60, 8
 
 
@@ -90,7 +91,7 @@ def test_stations_stand_on_the_ground_floor_only():
     wrong = [
         (name, found)
         for name, found in edges()
-        if room(name) in STATIONS and room(found) not in STATIONS | GROUND
+        if room(name) in STATIONS and room(found) not in STATIONS | GROUND and found != LOOK
     ]
     assert wrong == []
 

@@ -132,7 +132,7 @@ def test_a_part_of_your_own_is_written_under_its_own_tag():
     class Mine:
         gain: float = 2.5
 
-        def validate(self, name):
+        def check_together(self, name):
             """Accept anything."""
 
     scenario = load_scenario("joint_sine")

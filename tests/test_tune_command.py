@@ -144,12 +144,12 @@ def test_a_trace_beside_the_scenario_is_found_from_anywhere(capsys, monkeypatch)
 
 def test_a_shipped_trace_keeps_its_name_unless_another_has_it():
     shipped = load_scenario("teleoperation")
-    assert tune_command.with_trace_from(shipped, Path("runs")).operator.trace == (
+    assert tune_command.with_files_from(shipped, Path("runs")).operator.trace == (
         "operator_trace.csv"
     )
     Path("runs").mkdir()
     Path("runs/operator_trace.csv").write_text("time,x,y,z,mast_axis,mast_hat\n0,1,0,0,0,0\n")
-    kept = tune_command.with_trace_from(shipped, Path("runs"))
+    kept = tune_command.with_files_from(shipped, Path("runs"))
     write_whole("runs/out.yaml", dump_scenario(kept))
     assert_same_trace("runs/out.yaml", load_trace(resource("diagrams", "operator_trace.csv")))
     assert shipped.operator.trace == "operator_trace.csv"

@@ -411,7 +411,7 @@ def test_a_live_device_is_refused():
 
 @dataclass
 class NoGains:
-    def validate(self, name):
+    def check_together(self, name):
         pass
 
 

@@ -16,8 +16,6 @@ from rich.table import Table
 
 from scara_drake import joints
 from scara_drake.common.files import write_whole
-from scara_drake.common.resources import resource
-from scara_drake.operator.joystick import Joystick
 from scara_drake.scenario import Scenario, dump_scenario, load_scenario, parse_overrides
 from scara_drake.tuning.cost import Aim
 from scara_drake.tuning.search import Tuned, tune
@@ -34,7 +32,7 @@ def run(options: argparse.Namespace, console: Console) -> None:
     output = options.output or Path("runs") / f"{start.name}_tuned.yaml"
     if output.suffix not in (".yaml", ".yml") or output.is_dir():
         raise ValueError(f"--output: '{output}', allowed a file that ends in .yaml")
-    start = with_trace_from(start, output.parent)
+    start = with_files_from(start, output.parent)
     with ExitStack() as shown:
         progress = Progress(
             TextColumn("{task.description}"),
@@ -76,18 +74,10 @@ def run(options: argparse.Namespace, console: Console) -> None:
     console.print(f"Scenario: {output}")
 
 
-def with_trace_from(scenario: Scenario, folder: Path) -> Scenario:
-    """Return the scenario such that, written in `folder`, it finds the trace that it plays now."""
-    operator = scenario.operator
-    if not (isinstance(operator, Joystick) and operator.device == "trace"):
-        return scenario
-    trace = operator.trace_path().resolve()
-    shipped = (resource("diagrams") / operator.trace).resolve()
-    if trace == shipped and not (folder / operator.trace).is_file():
-        return scenario  # it is found by its name, wherever the package is
-    scenario = replace(scenario)
-    scenario.operator = replace(operator, trace=str(trace))
-    return scenario
+def with_files_from(scenario: Scenario, folder: Path) -> Scenario:
+    """Return the scenario such that, written in `folder`, it finds the files that it uses now."""
+    found_from = getattr(scenario.operator, "found_from", None)
+    return scenario if found_from is None else replace(scenario, operator=found_from(folder))
 
 
 def _figures_table(result: Tuned, tracking: str) -> Table:

@@ -121,9 +121,6 @@ def check(part: Any, path: str) -> None:
     Raises:
         ValueError: one line that names the field, its value and what is allowed.
     """
-    if hasattr(part, "validate"):
-        part.validate(path)
-        return
     for name, spec, value in _fields(part):
         where = f"{path}.{name}" if path else name
         if spec is not None:

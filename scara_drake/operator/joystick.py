@@ -1,6 +1,6 @@
 """A joystick operator, live or recorded, and the system that samples it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -53,6 +53,18 @@ class Joystick:
             if not path.is_file():
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
             load_trace(path)
+
+    @property
+    def is_live(self) -> bool:
+        """Whether a run depends on somebody at a device, so that the next one differs."""
+        return self.device != "trace"
+
+    def found_from(self, folder: Path) -> "Joystick":
+        """Return the part such that a scenario in `folder` finds the trace that is played now."""
+        trace = self.trace_path().resolve()
+        if self.is_live or (trace == self._shipped() and not (folder / self.trace).is_file()):
+            return self  # a shipped one is found by its name, wherever the package is
+        return replace(self, trace=str(trace))
 
     def first_command(self) -> NDArray[np.float64]:
         """Return the tool command (8,) of the centred stick, see `initial_command`."""

@@ -82,42 +82,47 @@ def lyapunov(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLike = 
     V_rate, V, s = np.diff(V, axis=0) / period, V[:-1], s[:-1]
 
     outside = np.abs(s) >= gains.phi
-    authority = b * gains.rho - np.abs(D)
+    both = ("time", "joint")
+    over_time = {
+        "V": labelled(both, V, _SQUARES, "V = s^2 / 2, equation (48)"),
+        "V_rate": labelled(both, V_rate, _POWERS, "V' from sample to sample, equation (49)"),
+        "perturbation": labelled(both, D, _ACCELERATIONS, "D of the equations of motion"),
+        "outside": labelled(both, outside, "1", "whether |s| >= phi"),
+    }
+    coordinates = {"time": ("time", time[:-1], {"units": "s"}), "joint": list(JOINT_NAMES)}
+    per_joint = _per_joint(s, V_rate, D, b * gains.rho, gains.phi)
+    return xr.Dataset(over_time | per_joint, coords=coordinates)
+
+
+def _per_joint(
+    s: Array, V_rate: Array, D: Array, reach: Array, phi: Array
+) -> dict[str, xr.Variable]:
+    """What became of V, over (joint); `reach` (6,) is b rho, the largest D that can be met."""
+    outside, authority = np.abs(s) >= phi, reach - np.abs(D)
     checked = outside & (authority > 0.0)
     margin = -V_rate / np.where(checked, np.abs(s) * authority, 1.0)
-    largest, worst = np.abs(s).max(axis=0), np.abs(D).max(axis=0) / (b * gains.rho)
-    bound = np.where(worst < 1.0, gains.phi * worst, np.inf)
-    both, each = ("time", "joint"), ("joint",)
-    return xr.Dataset(
-        {
-            "V": labelled(both, V, _SQUARES, "V = s^2 / 2, equation (48)"),
-            "V_rate": labelled(both, V_rate, _POWERS, "V' from sample to sample, equation (49)"),
-            "perturbation": labelled(both, D, _ACCELERATIONS, "D of the equations of motion"),
-            "outside": labelled(both, outside, "1", "whether |s| >= phi"),
-            "samples_outside": labelled(each, outside.sum(axis=0), "1", "samples outside"),
-            "samples_checked": labelled(
-                each, checked.sum(axis=0), "1", "samples outside where |D| < b rho"
-            ),
-            "share_decreasing": labelled(
-                each, _mean(V_rate < 0.0, checked), "1", "share of those checked with V' < 0"
-            ),
-            "worst_rate": labelled(
-                each, -_least(-V_rate, checked), _POWERS, "largest V' of those checked"
-            ),
-            "worst_margin": labelled(
-                each, _least(margin, checked), "1", "least -V' / (|s| (b rho - |D|)) of those"
-            ),
-            "share_rising_inside": labelled(
-                each, _mean(V_rate > 0.0, ~outside), "1", "share of the samples inside with V' > 0"
-            ),
-            "largest_s": labelled(each, largest, _RATES, "largest |s|"),
-            "bound": labelled(each, bound, _RATES, "phi max|D| / (b rho)"),
-            "within_bound": labelled(
-                each, largest <= (1.0 + TOLERANCE) * bound, "1", "whether |s| keeps the bound"
-            ),
-        },
-        coords={"time": ("time", time[:-1], {"units": "s"}), "joint": list(JOINT_NAMES)},
-    )
+    largest, worst = np.abs(s).max(axis=0), np.abs(D).max(axis=0) / reach
+    bound = np.where(worst < 1.0, phi * worst, np.inf)
+    values = {
+        "samples_outside": (outside.sum(axis=0), "1", "samples outside"),
+        "samples_checked": (checked.sum(axis=0), "1", "samples outside where |D| < b rho"),
+        "share_decreasing": (
+            _mean(V_rate < 0.0, checked),
+            "1",
+            "share of those checked with V' < 0",
+        ),
+        "worst_rate": (-_least(-V_rate, checked), _POWERS, "largest V' of those checked"),
+        "worst_margin": (_least(margin, checked), "1", "least -V' / (|s| (b rho - |D|)) of those"),
+        "share_rising_inside": (
+            _mean(V_rate > 0.0, ~outside),
+            "1",
+            "share of the samples inside with V' > 0",
+        ),
+        "largest_s": (largest, _RATES, "largest |s|"),
+        "bound": (bound, _RATES, "phi max|D| / (b rho)"),
+        "within_bound": (largest <= (1.0 + TOLERANCE) * bound, "1", "whether |s| keeps the bound"),
+    }
+    return {name: labelled(("joint",), *value) for name, value in values.items()}
 
 
 def perturbation(recording: xr.Dataset, scenario: Scenario, mass_ratio: ArrayLike = 1.0) -> Array:

@@ -113,6 +113,13 @@ def robustness_map(
         with ProcessPoolExecutor(max_workers, get_context("spawn")) as pool:
             results = list(pool.map(_run, cells))
     values = np.array(results).reshape(len(variations), len(controllers), 4, 6)
+    coordinates = {"variation": list(variations), "controller": list(controllers)}
+    attributes = {"scenario": str(scenario), "duration": duration}
+    return _labelled(values, coordinates).assign_attrs(attributes)
+
+
+def _labelled(values: Array, coordinates: dict[str, list[str]]) -> xr.Dataset:
+    """Label rmse, peak, chatter and limited (variation, controller, 4, joint)."""
     rmse, peak, chatter, limited = np.moveaxis(values, 2, 0)
     follows = (peak < LOST) & (limited < LIMITED)  # NaN does not
     dims = ("variation", "controller", "joint")
@@ -125,12 +132,7 @@ def robustness_map(
             "limited": labelled(dims, limited, "1", "share of samples with the drive at its limit"),
             "stable": labelled(dims[:2], follows.all(axis=2), "1", "whether all joints follow"),
         },
-        coords={
-            "variation": list(variations),
-            "controller": list(controllers),
-            "joint": list(joints.JOINT_NAMES),
-        },
-        attrs={"scenario": str(scenario), "duration": duration},
+        coords={**coordinates, "joint": list(joints.JOINT_NAMES)},
     )
 
 

@@ -20,7 +20,6 @@ from optuna.trial import FrozenTrial, Trial, TrialState
 from sqlalchemy.exc import SQLAlchemyError
 
 from scara_drake.common import checks
-from scara_drake.operator.joystick import Joystick
 from scara_drake.scenario import Scenario, check_scenario, dump_scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.tuning.cost import DEFAULT_AIM, Aim, Cost, Figures
@@ -111,10 +110,11 @@ def tune(
 
 def _trial_scenario(scenario: Scenario, duration: float | None) -> Scenario:
     """Return the scenario that the trials run, of a duration [s]."""
-    if isinstance(scenario.operator, Joystick) and scenario.operator.device != "trace":
+    operator = scenario.operator
+    if getattr(operator, "is_live", False):
+        device = getattr(operator, "device", type(operator).__name__)
         raise ValueError(
-            f"operator.device: '{scenario.operator.device}', allowed trace: the trials are to be "
-            "of the same motion"
+            f"operator.device: '{device}', allowed trace: the trials are to be of the same motion"
         )
     trial_scenario = replace(scenario)
     trial_scenario.duration = scenario.duration if duration is None else duration

@@ -47,7 +47,8 @@ def add_control(
         desired = made["state_desired_governed"]
     builder.Connect(state, controller.GetInputPort("state"))
     builder.Connect(desired, controller.GetInputPort("state_desired"))
-    if "perturbation_estimate" in made:
+    # A controller of the user's own need not say whether it observes.
+    if getattr(scenario.controller, "observes_perturbation", False):
         estimator = builder.AddNamedSystem("contact_estimate", ContactForceEstimator())
         made |= connect_by_name(builder, estimator, {**made, "state": state})
     return signals | made

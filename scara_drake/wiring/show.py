@@ -10,7 +10,6 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.common.block import Block
-from scara_drake.control import contact_estimate
 from scara_drake.display.scene import add_visualization
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
@@ -30,7 +29,7 @@ def add_export(
     """Record the signals that have a name in a recording, and export all of them."""
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
     origin = Origin(scenario.name, dump_scenario(scenario), scenario.seed, surfaces)
-    periodic = periods(scenario, signals)
+    periodic = periods(signals)
     add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
     for name, port in signals.items():
         builder.ExportOutput(port, name)
@@ -48,12 +47,11 @@ def add_scene(
             builder.Connect(signals[name], annotations.GetInputPort(name))
 
 
-def periods(scenario: Scenario, signals: Signals) -> dict[str, float]:
+def periods(signals: Signals) -> dict[str, float]:
     """Return the periods [s] of the signals whose block has one."""
     found = {}
     for name, port in signals.items():
         system = port.get_system()
         if isinstance(system, Block) and system.declaration.period > 0.0:
             found[name] = system.declaration.period
-    stick = getattr(scenario.operator, "sample_period", scenario.time_step)
-    return {"f_estimated_W": contact_estimate.PERIOD, "joystick_axes": stick, **found}
+    return found
