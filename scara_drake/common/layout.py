@@ -129,7 +129,7 @@ class Layout(Generic[Names]):
         body = f"return Names({', '.join(parts)})"
         mark = zlib.crc32(f"{self.names.__module__} {body}".encode())
         name = f"read_{self.names.__name__}_{mark:08x}"
-        scope: dict[str, Any] = {"Names": self.names}
+        scope: dict[str, Any] = {"Names": self.names, "__name__": self.names.__module__}
         exec(f"def {name}(row):\n    {body}", scope)
         read: Callable[[Array], Names] = njit(scope[name])
         return read
