@@ -136,29 +136,36 @@ STEADFAST = {
     "DPSOIJ keeps the orientation within 0.0175 rad": FAR_AWAY,
     "The same for our default, with all rows in place of (26)": FAR_AWAY,
     "ISMC settles before SMC": "under some disturbance either order is met",
+    "The mast keeps a steady error because of gravity, larger against gravity (Figure 27)": (
+        "the mast is not raised in a run so short"
+    ),
     "Spikes come from the fluctuating data of a gaming joystick, not from the control": (
         "the recording with the spikes is not published"
     ),
 }
 
 
+def other_papers(claim):
+    """The paper's value with all numbers, or one of them, ten times as large or a tenth."""
+    values = parts(claim.paper)
+    for factor in (10.0, 0.1):
+        scaled = tuple(
+            part.scaled(factor) if isinstance(part, Quantity) else part for part in values
+        )
+        if scaled != values:
+            yield scaled
+        for place, part in enumerate(values):
+            for which in range(len(part.values) if isinstance(part, Quantity) else 0):
+                yield (*values[:place], part.scaled(factor, which), *values[place + 1 :])
+
+
 @each
 def test_another_number_of_the_paper_gives_another_verdict(name):
     for claim in small(name).claims:
-        numbers = [part for part in parts(claim.paper) if isinstance(part, Quantity)]
-        if not numbers or claim.criterion is None:
-            continue
-        others = {
-            replace(
-                claim,
-                paper=tuple(
-                    part.scaled(factor) if isinstance(part, Quantity) else part
-                    for part in parts(claim.paper)
-                ),
-            ).verdict
-            for factor in (10.0, 0.1)
-        }
-        assert others != {claim.verdict} or claim.statement in STEADFAST, claim.statement
+        others = {replace(claim, paper=paper).verdict for paper in other_papers(claim)}
+        if others and claim.criterion is not None:
+            moves = others != {claim.verdict}
+            assert moves or claim.statement in STEADFAST, claim.statement
 
 
 # --- postures, Tables 5 and 6
