@@ -20,14 +20,21 @@ from scara_drake.control import ismc_law as ismc
 from scara_drake.control import observer_law as observed
 from scara_drake.control import sliding_mode as smc
 from scara_drake.control.governor import BOUNDS, bounds_of, govern
-from scara_drake.control.ismc_law import ismc_law, sliding_surface
-from scara_drake.control.observer_law import estimates_of, observer_begin, observer_law
+from scara_drake.control.ismc_law import gains_of, ismc_law, sliding_surface
+from scara_drake.control.observer_law import (
+    estimates_of,
+    observer_begin,
+    observer_law,
+    observer_law_gains_of,
+)
+from scara_drake.control.sliding_mode import gains_of as smc_gains_of
 from scara_drake.control.sliding_mode import smc_law
 
 Array = NDArray[np.float64]
 
 ISMC, SMC, OBSERVER = range(3)
 LAWS: Final = {"ISMC": ISMC, "SMC": SMC, "ISMC + SPO": OBSERVER}
+ESTIMATES_ROWS: Final = observed.ESTIMATES.size
 GAINS: Final[dict[str, Rows[Any]]] = {
     "ISMC": ismc.GAINS,
     "SMC": smc.GAINS,
@@ -77,9 +84,6 @@ RIG = Rows(Rig, bounds=BOUNDS.size)
 TRACK = Rows(Track)
 rig_of = RIG.reader()
 track_of = TRACK.reader()
-ismc_gains_of = ismc.gains_of
-smc_gains_of = smc.gains_of
-observer_gains_of = observed.observer_law_gains_of
 
 
 def make_rig(**values: ArrayLike) -> Array:
@@ -119,9 +123,9 @@ def surface_and_period(law: int, gains: Array) -> tuple[Array, float]:
         g = smc_gains_of(gains)
         return g.c, g.period[0]
     if law == OBSERVER:
-        inner = ismc_gains_of(observer_gains_of(gains).law)
+        inner = gains_of(observer_law_gains_of(gains).law)
         return inner.c, inner.period[0]
-    own = ismc_gains_of(gains)
+    own = gains_of(gains)
     return own.c, own.period[0]
 
 
@@ -184,10 +188,10 @@ def run(
     r = rig_of(rig)
     (c, period), lead = surface_and_period(law, gains), r.lead[0]
     governed = bounds_of(r.bounds).speed[0] > 0.0
-    m_hat = ismc_gains_of(gains).m_hat if governed else r.inertia
+    m_hat = gains_of(gains).m_hat if governed else r.inertia
     measured, offset, lost, none = np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n)
     z, u, limited, saturation = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    memory = np.zeros(8 * n)
+    memory = np.zeros(ESTIMATES_ROWS * n)
     estimates_of(memory).x1[:] = x
     efforts = np.zeros((int(np.floor((r.delay / period).max())) + 2, n))
     for sample in range(track.shape[0]):
