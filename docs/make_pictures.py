@@ -9,6 +9,7 @@ import base64
 import shutil
 import tempfile
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import xarray as xr
@@ -19,6 +20,7 @@ from pydrake.geometry import Meshcat
 import scara_drake as sd
 from scara_drake import plotting
 from scara_drake.common.motion import minimum_jerk
+from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.mapping import JoystickMapping
 from scara_drake.operator.shipped_trace import stick_for
 from scara_drake.operator.trace import COLUMNS
@@ -87,14 +89,15 @@ def save_plots(recording: xr.Dataset, path: Path) -> None:
 def main() -> None:
     """Make docs/scene.png and docs/press.png."""
     scenario = sd.load_scenario("teleoperation")
+    operator = cast(Joystick, scenario.operator)
     save_plots(sd.simulate(scenario), FOLDER / "press.png")
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "loop.csv"
-        trace.write_text(looping_trace(scenario.operator.mapping))
-        scenario.operator.trace = str(trace)
+        trace.write_text(looping_trace(operator.mapping))
+        operator.trace = str(trace)
         meshcat = Meshcat()
         sd.simulate(scenario, END, meshcat=meshcat)
-    meshcat.SetCameraPose([3.9, 1.3, 4.7], [0.5, -0.62, 3.1])
+    meshcat.SetCameraPose(np.array([3.9, 1.3, 4.7]), np.array([0.5, -0.62, 3.1]))
     save_scene(meshcat, FOLDER / "scene.png")
 
 

@@ -112,7 +112,7 @@ def inverse_mass_matrices() -> Array:
     for q[2], q[3], q[4] in product(np.linspace(-np.pi, np.pi, 13), *axes):
         plant.SetPositions(context, q)
         matrices.append(plant.CalcMassMatrix(context))
-    inverses = np.linalg.inv(matrices)
+    inverses: Array = np.linalg.inv(np.array(matrices, dtype=np.float64))
     inverses.setflags(write=False)
     return inverses
 

@@ -123,6 +123,10 @@ def arguments_of(kernel: Kernel) -> list[str]:
     return list(inspect.signature(getattr(kernel, "py_func", kernel)).parameters)
 
 
+def _first_values(initial: ArrayLike | int) -> Array:
+    return np.zeros(initial) if isinstance(initial, int) else np.array(initial, dtype=np.float64)
+
+
 class Block(LeafSystem):
     """A LeafSystem made of its declaration; see the subclass for its ports.
 
@@ -144,7 +148,7 @@ class Block(LeafSystem):
         }
         # Plain ints: Drake takes them faster than its own index type, twenty times a tick.
         self._groups = {
-            name: int(self.DeclareDiscreteState(memory.initial))
+            name: int(self.DeclareDiscreteState(_first_values(memory.initial)))
             for name, memory in declaration.memory.items()
         }
         for name, memory in declaration.memory.items():

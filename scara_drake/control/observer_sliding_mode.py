@@ -54,10 +54,9 @@ class ObserverSlidingMode:
         anti_windup: |s^| is clamped to 2 phi.
         acceleration_feedforward: the reference's acceleration is added to u.
         allow_chatter: gains that break the rule of `chatter` are accepted.
-        observes_perturbation: its controller has the outputs that the contact force is estimated
-            from.
     """
 
+    # Its controller has the outputs that the contact force is estimated from.
     observes_perturbation: ClassVar[bool] = True
 
     c: list[float] = vector(

@@ -47,7 +47,7 @@ class SceneAnnotations(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 12)
         self._desired = self.DeclareVectorInputPort("X_WE_desired", 7)
         self._force = self.DeclareVectorInputPort("f_env_on_tool_W", 3)
-        self._trail = self.DeclareDiscreteState(np.r_[-1.0, np.zeros(3 * points)])
+        self._trail = int(self.DeclareDiscreteState(np.r_[-1.0, np.zeros(3 * points)]))
         self.DeclareInitializationDiscreteUpdateEvent(self._start_trail)
         self.DeclarePeriodicDiscreteUpdateEvent(TRAIL_PERIOD, 0.0, self._extend_trail)
         self.DeclareInitializationPublishEvent(self._draw)

@@ -48,7 +48,7 @@ class Box(Compliance):
 
     def pose(self) -> RigidTransform:
         """X_WS of the frame S at the centre, along the sides."""
-        return RigidTransform(RollPitchYaw(self.rpy), np.array(self.centre))
+        return RigidTransform(RollPitchYaw(np.array(self.rpy)), np.array(self.centre))
 
     def half_lengths(self) -> list[float]:
         """Return half the sides (3,) [m]."""

@@ -94,12 +94,14 @@ def add_surfaces(
 
 def _make_rigid(plant: MultibodyPlant, scene_graph: SceneGraph, shapes: list[GeometryId]) -> None:
     """Let shapes neither yield nor dissipate beside a compliant surface."""
+    source = plant.get_source_id()
+    assert source is not None  # the plant is registered with its scene graph, it has shapes there
     for shape in shapes:
         properties = scene_graph.model_inspector().GetProximityProperties(shape)
         rigid = ProximityProperties(properties)
         for name, value in (("point_contact_stiffness", RIGID), ("hunt_crossley_dissipation", 0.0)):
             rigid.UpdateProperty("material", name, value)
-        scene_graph.AssignRole(plant.get_source_id(), shape, rigid, RoleAssign.kReplace)
+        scene_graph.AssignRole(source, shape, rigid, RoleAssign.kReplace)
 
 
 def drawing(surface: Surface) -> list[tuple[str, Shape, RigidTransform, tuple[float, ...]]]:

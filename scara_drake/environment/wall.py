@@ -52,8 +52,9 @@ class Wall(Compliance):
 
     def shape(self) -> tuple[geometry.Shape, RigidTransform]:
         """The block, and its pose X_SG."""
-        block = geometry.Box(*self.size, self.thickness)
-        return block, RigidTransform([0.0, 0.0, -self.thickness / 2])
+        width, height = self.size
+        block = geometry.Box(width, height, self.thickness)
+        return block, RigidTransform(np.array([0.0, 0.0, -self.thickness / 2]))
 
     def corners(self) -> Array:
         """Corners (4, 3) of the surface in W [m]."""

@@ -7,7 +7,7 @@ import platform
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -109,7 +109,9 @@ def metadata(diagram: Diagram) -> dict[str, Any]:
     """
     if not diagram.HasSubsystemNamed(_BUNDLE):
         raise ValueError("diagram: no recorder, allowed a Diagram of scara_drake.make_diagram")
-    return json.loads(diagram.GetSubsystemByName(_BUNDLE).metadata)
+    bundle = cast(SignalBundle, diagram.GetSubsystemByName(_BUNDLE))
+    description: dict[str, Any] = json.loads(bundle.metadata)
+    return description
 
 
 def recording(diagram: Diagram, context: Context) -> xr.Dataset:
@@ -128,4 +130,4 @@ def recording(diagram: Diagram, context: Context) -> xr.Dataset:
 
 
 def _sink(diagram: Diagram) -> VectorLogSink:
-    return diagram.GetSubsystemByName(_LOG)
+    return cast(VectorLogSink, diagram.GetSubsystemByName(_LOG))

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import cast
 
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 # Signals by the name under which they are exported and recorded.
 Signals = dict[str, OutputPort]
+
+
+def plant_of(builder: DiagramBuilder) -> MultibodyPlant:
+    """Return the plant that `add_plant` has added."""
+    return cast(MultibodyPlant, builder.GetSubsystemByName("plant"))
 
 
 def outputs(system: System) -> Iterator[tuple[str, OutputPort]]:

@@ -17,7 +17,7 @@ from pydrake.systems.primitives import Adder
 
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.contact_estimate import ContactForceEstimator
-from scara_drake.wiring import Signals, chain, connect_by_name, outputs
+from scara_drake.wiring import Signals, chain, connect_by_name, outputs, plant_of
 from scara_drake.wiring.operators import first_reference
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def add_drives(
 ) -> Signals:
     """Lead the controller's effort through the drives to the plant."""
     period, delays, drives = scenario.time_step, scenario.process_delay, scenario.drives
-    plant = builder.GetSubsystemByName("plant")
+    plant = plant_of(builder)
     made: Signals = {}
     actuation = signals["actuation"]
     if delays is not None and delays.actuation is not None:
@@ -94,7 +94,7 @@ def add_forces(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
     """Lead the sum of the forces on the joints, beside those of the drives, to the plant."""
-    plant = builder.GetSubsystemByName("plant")
+    plant = plant_of(builder)
     names = ("generalized_force", "friction_force")
     forces = [signals[name] for name in names if name in signals]
     if scenario.perturbation is not None:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat
+from pydrake.geometry import Meshcat, SceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.common.block import Block
 from scara_drake.display.scene import add_visualization
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
-from scara_drake.wiring import Signals
+from scara_drake.wiring import Signals, plant_of
 
 if TYPE_CHECKING:
     from scara_drake.scenario import Scenario
@@ -40,8 +40,10 @@ def add_scene(
     builder: DiagramBuilder, scenario: Scenario, signals: Signals, meshcat: Meshcat
 ) -> None:
     """Draw the plant, and what belongs to it that is no body."""
-    plant, scene_graph = (builder.GetSubsystemByName(name) for name in ("plant", "scene_graph"))
-    annotations = add_visualization(builder, plant, scene_graph, meshcat, scenario.environment)
+    plant, scene_graph = plant_of(builder), builder.GetSubsystemByName("scene_graph")
+    annotations = add_visualization(
+        builder, plant, cast(SceneGraph, scene_graph), meshcat, scenario.environment
+    )
     for name in DRAWN:
         if name in signals:
             builder.Connect(signals[name], annotations.GetInputPort(name))
