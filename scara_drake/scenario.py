@@ -43,6 +43,7 @@ from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
 from scara_drake.wiring.operators import wiring_of
 
+Operator = Joystick | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
@@ -99,7 +100,7 @@ class Scenario:
     seed: int = number(0, "", 0, 2**63 - 1)
     time_step: float = number(1e-3, "s", 1e-4, 2e-3)
     q0: list[float] | None = None
-    operator: Joystick | Master | JointMotion = field(default_factory=Joystick)
+    operator: Operator = field(default_factory=Joystick)
     coupling: Coupling = field(default_factory=Tdpa)
     channel: Channel = field(default_factory=Channel)
     inverse_kinematics: InverseKinematics = field(default_factory=InverseKinematics)
