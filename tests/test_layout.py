@@ -122,3 +122,14 @@ def test_readers_have_names_of_their_own() -> None:
     longer = Layout(Row, count=(), table=(3, 3), rest=REST)
     assert name(ROW) != name(longer)
     assert name(ROW) == name(Layout(Row, count=(), table=(2, 3), rest=REST))
+
+
+class Grown(NamedTuple):
+    c: Array
+    leak: Array = np.zeros(2)
+
+
+def test_a_field_that_is_not_given_has_its_default():
+    layout = Layout(Grown, c=2, leak=2)
+    assert layout.pack(c=[1.0, 2.0]).tolist() == [1.0, 2.0, 0.0, 0.0]
+    assert layout.pack(c=[1.0, 2.0], leak=[3.0, 4.0]).tolist() == [1.0, 2.0, 3.0, 4.0]

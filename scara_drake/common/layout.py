@@ -84,9 +84,12 @@ class Layout(Generic[Names]):
     def pack(self, **values: ArrayLike) -> Array:
         """Return a new array (size,) with the values by name; a `REST` makes it longer.
 
+        A field that is not given has the default of the NamedTuple.
+
         Raises:
             ValueError: a field is missing or unknown, or a value has not its shape.
         """
+        values = _defaults(self.names) | values
         if values.keys() != self.slices.keys():
             wrong = ", ".join(sorted(values.keys() ^ self.slices.keys()))
             raise ValueError(f"{self.names.__name__}: {wrong}, allowed {', '.join(self.slices)}")
@@ -153,11 +156,13 @@ class Rows(Generic[Names]):
     def pack(self, **values: ArrayLike) -> Array:
         """Return a new table (rows, n) with the values by name, each a number or (n,).
 
-        A field that is a table itself is (height, n), or (height, 1) for every column.
+        A field that is a table itself is (height, n), or (height, 1) for every column. One that is
+        not given has the default of the NamedTuple.
 
         Raises:
             ValueError: a field is missing or unknown, or a value has not its shape.
         """
+        values = _defaults(self.names) | values
         if values.keys() != self.places.keys():
             wrong = ", ".join(sorted(values.keys() ^ self.places.keys()))
             raise ValueError(f"{self.names.__name__}: {wrong}, allowed {', '.join(self.places)}")
@@ -180,6 +185,10 @@ class Rows(Generic[Names]):
         ]
         rows = f"rows = row.reshape({self.size}, row.size // {self.size})"
         return _compiled(self.names, f"{rows}\n    return Names({', '.join(parts)})")
+
+
+def _defaults(names: type[Any]) -> dict[str, ArrayLike]:
+    return dict(names._field_defaults)
 
 
 def _compiled(names: type[Names], body: str) -> Callable[[Array], Names]:
