@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from kinds import of_kind
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from scara_drake.channel.links import Channel
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
-from scara_drake.coupling.ends import Coupling
 from scara_drake.environment import Environment, ImpedanceContact, Wall, add_surfaces
 from scara_drake.ik.system import InverseKinematics, first_posture
 from scara_drake.operator.master import Master
 from scara_drake.robot import add_scara
-from scara_drake.scenario import Scenario
+from scara_drake.scenario import Coupling, Scenario
 from scara_drake.wiring.bilateral import add_bilateral
 
 LOGGED = (
@@ -81,7 +81,7 @@ class Arm:
         simulator.AdvanceTo(duration)
         result = {}
         for name in (*LOGGED, "f_env_on_tool_W"):
-            sink = diagram.GetSubsystemByName("log_" + name)
+            sink = of_kind(VectorLogSink, diagram.GetSubsystemByName("log_" + name))
             log = sink.FindLog(simulator.get_context())
             result["time"], result[name] = log.sample_times(), log.data().T
         return result

@@ -161,7 +161,7 @@ def arrivals(delay: Delay, steps: int, loss: float = 0.0, seed: int = 0) -> np.n
     return np.maximum.accumulate(newest)[:steps]
 
 
-PROFILES = {
+PROFILES: dict[str, Delay] = {
     "5 ms": 0.005,
     "20 ms": 0.02,
     "50 ms": 0.05,

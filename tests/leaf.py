@@ -1,10 +1,10 @@
 """Helpers for tests of one LeafSystem on a bare Context."""
 
 import numpy as np
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context, LeafSystem, System
 
 
-def ports(system: LeafSystem) -> tuple[dict[str, int], dict[str, int]]:
+def ports(system: System) -> tuple[dict[str, int], dict[str, int]]:
     """Names and sizes of the input and output ports."""
     inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
     outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]

@@ -7,19 +7,19 @@ import pytest
 from bilateral_arm import Arm
 from pydrake.systems.analysis import InitializeParams, Simulator
 
-from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.delays import ConstantDelay, DelayLaw, SineDelay
 from scara_drake.channel.impairments import Loss
-from scara_drake.channel.links import Channel
+from scara_drake.channel.links import Channel, Link
 from scara_drake.channel.packets import Packets
 from scara_drake.coupling.direct import Direct
-from scara_drake.coupling.ends import Coupling
 from scara_drake.coupling.model_mediated import ModelMediated
 from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
+from scara_drake.scenario import Coupling
 
 SAFE = [Tdpa, PositionDamping, WaveVariables, ModelMediated]
-LINKS = {
+LINKS: dict[str, DelayLaw] = {
     "5 ms": ConstantDelay(0.005),
     "20 ms": ConstantDelay(0.02),
     "50 ms": ConstantDelay(0.05),
@@ -34,7 +34,7 @@ LINKS = {
 def pressed(coupling: Coupling, link: str, loss: float = 0.0) -> dict[str, float]:
     """Figures of a press of 3 cm on the full arm: forces [N], drift after the release [m]."""
     delay = LINKS[link]
-    carrier = Packets(delay=delay, loss=Loss(in_good=loss)) if loss > 0.0 else delay
+    carrier: Link = Packets(delay=delay, loss=Loss(in_good=loss)) if loss > 0.0 else delay
     result = Arm(coupling, Channel(up=carrier, down=carrier)).run(14.0)
     tool = result["motion_limited"][:, :3] - result["motion_limited"][0, :3]
     apart = np.linalg.norm(result["motion_master"][:, :3] - tool, axis=1)

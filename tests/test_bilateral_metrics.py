@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
 from scara_drake.metrics import bilateral as bm
 from scara_drake.operator.hand import Sweep, hand_target_at
@@ -16,24 +17,26 @@ PERIOD = 1e-3
 START, SWEPT, TAIL = 1.0, 20.0, 2.0  # [s]
 
 
-def recording(duration: float = 2.0, **signals: np.ndarray) -> xr.Dataset:
+def recording(duration: float = 2.0, **signals: ArrayLike) -> xr.Dataset:
     """A recording at rest, but for the signals (n,) on y or (n, 3) that are given."""
     time = PERIOD * np.arange(round(duration / PERIOD) + 1)
     names = ("x_master", "v_master", "f_master", "f_hand", "hand_target", "p_WE_measured",
              "f_env_on_tool_W", "energy_master_in", "energy_master_out", "energy_slave_in",
              "energy_slave_out")  # fmt: skip
-    data = {name: (("time", "axis"), np.zeros((time.size, 3))) for name in names}
+    data: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
+        name: (("time", "axis"), np.zeros((time.size, 3))) for name in names
+    }
     for name in ("delay_up", "delay_down"):
         data[name] = (("time",), np.zeros(time.size))
     made = xr.Dataset(data, coords={"time": time, "axis": ["x", "y", "z"]})
     for name, values in signals.items():
-        values = np.broadcast_to(values, time.shape)
+        samples = np.broadcast_to(values, time.shape)
         if name not in made:
-            made[name] = ("time", values.copy())
+            made[name] = ("time", samples.copy())
         elif made[name].ndim == 1:
-            made[name][:] = values
+            made[name][:] = samples
         else:
-            made[name].loc[{"axis": "y"}] = values
+            made[name].loc[{"axis": "y"}] = samples
     return made
 
 

@@ -177,7 +177,7 @@ def test_it_is_updated_with_the_step_of_the_plant_before_that_shows():
 def test_a_cloned_context_continues_to_the_bit():
     block = lag()
     builder = DiagramBuilder()
-    source = builder.AddSystem(ConstantVectorSource([0.3, -0.7]))
+    source = builder.AddSystem(ConstantVectorSource(np.array([0.3, -0.7])))
     builder.AddSystem(block)
     builder.Connect(source.get_output_port(), block.get_input_port())
     log = LogVectorOutput(block.GetOutputPort("y"), builder, PERIOD)
@@ -187,5 +187,5 @@ def test_a_cloned_context_continues_to_the_bit():
     second = Simulator(diagram, first.get_context().Clone())
     for simulator in (first, second):
         simulator.AdvanceTo(9.5 * PERIOD)
-    logs = [log.FindLog(simulator.get_context()).data() for simulator in (first, second)]
-    np.testing.assert_array_equal(*logs)
+    continued, cloned = (log.FindLog(run.get_context()).data() for run in (first, second))
+    np.testing.assert_array_equal(continued, cloned)

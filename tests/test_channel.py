@@ -1,9 +1,10 @@
 import math
 
 import pytest
+from kinds import of_kind
 
 from scara_drake import load_scenario, simulate
-from scara_drake.channel.delays import ConstantDelay, SineDelay
+from scara_drake.channel.delays import ConstantDelay, Delay, SineDelay
 from scara_drake.channel.impairments import Loss
 from scara_drake.channel.links import Channel
 from scara_drake.channel.packets import Packets
@@ -23,13 +24,13 @@ def test_presets_are_valid_and_say_where_they_are_from(name):
     ("name", "span"), [("paper", (0, 0.2)), ("paper_offset", (0, 0.2)), ("paper_2s", (0, 2.0))]
 )
 def test_the_readings_of_the_paper_span_what_it_says(name, span):
-    link = PRESETS[name].link
+    link = of_kind(Delay, PRESETS[name].link)
     delays = [link.at(2 * math.pi * i / 400) for i in range(400)]
     assert (min(delays), max(delays)) == pytest.approx(span)
 
 
 def test_a_hop_by_satellite_is_no_faster_than_light():
-    link = PRESETS["satellite"].link
+    link = of_kind(Packets, PRESETS["satellite"].link)
     assert link.delay.at(0.0) > 2 * 35_786e3 / 299_792_458.0
 
 

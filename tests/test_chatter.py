@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake import joints, load_scenario, metrics, robot, simulate
 from scara_drake.control.chatter import check_chatter, smallest_layer
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.robot import chatter_number, inverse_mass_matrices
 
 TS = 1e-3
@@ -64,7 +66,7 @@ def test_a_scenario_that_chatters_is_refused_with_a_layer_that_would_do():
         load_scenario("joint_sine", {"controller.phi": 0.02})
     message = str(refused.value)
     assert "\n" not in message
-    phi = [float(v) for v in re.search(r"would do is \[(.*?)\]", message).group(1).split(",")]
+    phi = [float(v) for v in re.findall(r"would do is \[(.*?)\]", message)[0].split(",")]
     load_scenario("joint_sine", {"controller.phi": phi})
     with pytest.raises(ValueError, match="chatters"):
         load_scenario("joint_sine", {"controller.phi": [0.98 * value for value in phi]})
@@ -88,10 +90,10 @@ def test_the_switch_lets_it_chatter_and_chatter_it_does():
 
 def test_paper_mode_is_told_in_millimetres():
     settings_ = {"controller.mode": "paper", "controller.allow_chatter": True}
-    gains = load_scenario("mast_step", settings_).controller
+    gains = of_kind(IntegralSlidingMode, load_scenario("mast_step", settings_).controller)
     gains.allow_chatter, gains.phi = False, [1e-3] * 6
     with pytest.raises(ValueError, match="chatters") as refused:
         gains.check_sampling("controller", TS)
-    text = re.search(r"\[(.*?)\]", str(refused.value)).group(1)
+    text = re.findall(r"\[(.*?)\]", str(refused.value))[0]
     gains.phi = [float(value) for value in text.split(",")]
     gains.check_sampling("controller", TS)

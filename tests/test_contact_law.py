@@ -115,7 +115,7 @@ def test_the_distance_of_a_box_is_that_of_its_nearest_point(edge: float) -> None
     core = np.clip(sharp, -(half - edge), half - edge)
 
     def inside(p: np.ndarray) -> bool:
-        return np.linalg.norm(p - np.clip(p, -(half - edge), half - edge)) < edge
+        return bool(np.linalg.norm(p - np.clip(p, -(half - edge), half - edge)) < edge)
 
     assert_nearest(box, surface_samples(core, sharp, edge), inside, rng)
 
@@ -248,10 +248,11 @@ def test_a_closed_path_loses_energy(data, law, cosines, sines) -> None:
     """The work on the tool around any loop, over edges and through the middle, is not positive."""
     surface = data.draw(surfaces(law=law))
     t = np.arange(4000) * (2 * np.pi / 4000)
-    p = sum(
+    harmonics = (
         np.outer(np.cos(k * t), a) + np.outer(np.sin(k * t), b)
         for k, (a, b) in enumerate(zip(cosines, sines, strict=True), start=1)
     )
+    p = sum(harmonics, np.zeros((len(t), 3)))
     v = (np.roll(p, -1, axis=0) - np.roll(p, 1, axis=0)) / (2 * t[1])
     rows, penetration, f = Environment([surface]).parameters(), np.empty(1), np.empty_like(p)
     for point, velocity, force in zip(p, v, f, strict=True):
@@ -311,7 +312,7 @@ def test_a_moving_surface_is_one_at_rest_in_the_frame_that_moves(
     f, depth = contact(surface, p + place(motion, time), v + velocity, time)
     assert depth == pytest.approx(depth_at_rest, abs=1e-12)
     if isinstance(surface, Wall) or depth < surface.edge_radius - 1e-9:  # else not one normal
-        np.testing.assert_allclose(f, at_rest, atol=1e-4 + 1e-7 * np.linalg.norm(at_rest))
+        np.testing.assert_allclose(f, at_rest, atol=1e-4 + 1e-7 * float(np.linalg.norm(at_rest)))
     moved = surface.pose_at(time).translation() - surface.pose().translation()
     np.testing.assert_allclose(moved, place(motion, time), atol=1e-12)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from kinds import of_kind
 from pydrake.geometry import GeometryId, Role
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from scara_drake import joints, kinematics, robot
@@ -94,7 +95,8 @@ def test_a_press_of_5_mm_is_50_newton_and_acts_on_the_plant_once(kind: type, law
     assert np.abs(press.plant.GetVelocities(state)).max() < 1e-3
     weight = press.plant.CalcGravityGeneralizedForces(state)
     J = kinematics.jacobian(press.plant.GetPositions(state))[3:]
-    owner = press.diagram.GetSubsystemByName(press.actuation.get_system().get_name())
+    controller = of_kind(System, press.actuation.get_system())
+    owner = press.diagram.GetSubsystemByName(controller.get_name())
     drives = press.actuation.Eval(owner.GetMyContextFromRoot(press.simulator.get_context()))
     np.testing.assert_allclose(drives, -weight - J.T @ f, atol=1.0)
     expected = np.zeros(6) if law == "drake" else J.T @ f

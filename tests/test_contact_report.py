@@ -19,8 +19,8 @@ def recording(saturation: list[list[float]], penetration: list[list[float]]) -> 
 
 def test_the_share_of_the_contact_outside_the_layer() -> None:
     # Bits: 1 outside the layer, 2 at the effort limit. The first sample is before the touch.
-    bits = [[1, 1], [0, 1], [2, 3], [1, 0], [0, 2]]
-    depth = [[0, 0], [1e-3, 0], [0, 1e-3], [1e-3, 1e-3], [1e-3, 0]]
+    bits: list[list[float]] = [[1, 1], [0, 1], [2, 3], [1, 0], [0, 2]]
+    depth: list[list[float]] = [[0, 0], [1e-3, 0], [0, 1e-3], [1e-3, 1e-3], [1e-3, 0]]
     share = yielding_joints(recording(bits, depth))
     assert share.dims == ("joint",)
     np.testing.assert_allclose(share, [0.25, 0.5])

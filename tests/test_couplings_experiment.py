@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,14 +18,14 @@ from scara_drake.experiments.claim import OURS, REPRODUCED, VERDICTS, Experiment
 from scara_drake.experiments.quantity import text
 from scara_drake.experiments.teleoperation import couplings
 
-SMALL = {
+SMALL: dict[str, Any] = {
     "couplings": ("direct", "TDPA"),
     "presets": ("5 ms", "4g"),
     "times": (0.2, 0.6, 1.4, 1.8),
     "duration": 2.6,
     "sweep_duration": 0.0,
 }
-BRIEF = {"times": (0.1, 0.2, 0.4, 0.5), "duration": 0.7}
+BRIEF: dict[str, Any] = {"times": (0.1, 0.2, 0.4, 0.5), "duration": 0.7}
 
 
 @cache

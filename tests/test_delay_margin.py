@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 
 from scara_drake import joints, load_scenario, metrics, simulate
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
@@ -26,7 +27,8 @@ from scara_drake.stability.delay_margin import (
 from scara_drake.stability.linear import least_mass_ratio
 
 TS = 1e-3
-TABLE_11, TABLE_12 = load_scenario("joint_sine").controller, IntegralSlidingMode()
+TABLE_11 = of_kind(IntegralSlidingMode, load_scenario("joint_sine").controller)
+TABLE_12 = IntegralSlidingMode()
 TABLES = {"Table 11": TABLE_11, "Table 12": TABLE_12}
 each_table = pytest.mark.parametrize("table", TABLES)
 
@@ -39,7 +41,7 @@ def alone(table, joint, b, period=TS):
     return np.array([[b / GAINS.unpack(gains).m_hat[0]]]), gains
 
 
-def laws(table, joint):
+def laws(table, joint) -> tuple[float, float, float, float]:
     gains = TABLES[table]
     return gains.c[joint], gains.k[joint], gains.rho[joint], gains.phi[joint]
 

@@ -1,9 +1,13 @@
 import numpy as np
 import pytest
+from kinds import of_kind
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 from scara_drake import kinematics, load_scenario, make_diagram, simulate, systems
 from scara_drake.diagram import start_posture
+from scara_drake.environment import Cylinder
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.scenario import scenario_names
 
 LOOP = ["joystick", "mapping", "uplink", "inverse_kinematics", "controller", "plant"]
@@ -42,7 +46,7 @@ def test_effort_within_limits_is_what_the_plant_applies():
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.0025)
     context = simulator.get_context()
-    plant = diagram.GetSubsystemByName("plant")
+    plant = of_kind(MultibodyPlant, diagram.GetSubsystemByName("plant"))
     applied = plant.get_net_actuation_output_port().Eval(plant.GetMyContextFromRoot(context))
     controller = diagram.GetSubsystemByName("controller")
     history = controller.GetMyContextFromRoot(context)
@@ -57,7 +61,8 @@ def test_a_press_on_a_pipe_with_any_law(law):
     pipe = f"[!Cylinder {{point: [0.8, -0.8, 3.3], direction: [0, 0, 1], law: {law}}}]"
     scenario = load_scenario("pipe_press", {"environment.surfaces": pipe, "duration": 0.5})
     tool = kinematics.forward_kinematics(start_posture(scenario))[:3, 3]
-    scenario.environment.surfaces[0].point[1] = float(tool[1]) - 0.095  # 5 mm inside
+    touched = of_kind(Cylinder, scenario.environment.surfaces[0])
+    touched.point[1] = float(tool[1]) - 0.095  # 5 mm inside
     force = simulate(scenario).isel(time=-1).f_env_on_tool_W.values
     assert force[1] == pytest.approx(50.0, rel=0.1)
 
@@ -90,7 +95,8 @@ def test_start_posture_is_given_or_found():
     scenario = load_scenario("teleoperation", {"q0": [4.0, 0.1, 0.0, 0.2, 0.3, 0.0]})
     np.testing.assert_array_equal(start_posture(scenario), [4.0, 0.1, 0.0, 0.2, 0.3, 0.0])
     motion = load_scenario("joint_sine")
-    np.testing.assert_array_equal(start_posture(motion), motion.operator.base)
+    base = of_kind(JointMotion, motion.operator).base
+    np.testing.assert_array_equal(start_posture(motion), base)
 
 
 def test_systems_gathers_what_it_says():

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
+from pydrake import geometry
 from pydrake.common.yaml import yaml_load_typed
 from pydrake.geometry import Role
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
@@ -134,7 +136,7 @@ def test_the_generalized_force_does_the_power_of_the_force(state, depth, normal)
         kinematics.forward_kinematics(state[:6] + s * state[6:])[:3, 3] for s in (h, -h)
     )
     power = np.dot(f, ahead - behind) / (2 * h)
-    assert np.dot(tau, state[6:]) == pytest.approx(power, abs=1e-5 * (1 + np.linalg.norm(f)))
+    assert np.dot(tau, state[6:]) == pytest.approx(power, abs=1e-5 * (1 + float(np.linalg.norm(f))))
 
 
 def robot_diagram(environment: Environment) -> tuple[Diagram, MultibodyPlant, ImpedanceContact]:
@@ -308,7 +310,7 @@ def test_a_wall_is_drawn_with_its_front_on_the_surface() -> None:
     (shape,) = plant.GetCollisionGeometriesForBody(plant.world_body())
     visuals = plant.GetVisualGeometriesForBody(plant.world_body())
     assert len(visuals) == 5
-    box, X_WB = inspector.GetShape(shape), inspector.GetPoseInFrame(shape)
+    box, X_WB = of_kind(geometry.Box, inspector.GetShape(shape)), inspector.GetPoseInFrame(shape)
     assert (box.width(), box.depth(), box.height()) == (1.5, 1.0, 0.2)
     np.testing.assert_allclose(X_WB @ np.array([0, 0, 0.1]), wall.point, atol=1e-12)
     np.testing.assert_allclose(X_WB.rotation().col(2), wall.normal, atol=1e-12)

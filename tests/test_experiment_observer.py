@@ -4,10 +4,11 @@ import functools
 
 import numpy as np
 import pytest
+from kinds import of_kind
 
 from scara_drake.experiments.claim import NOT_COMPARABLE, NOT_REPRODUCED, PAPER, REPRODUCED
 from scara_drake.experiments.control import perturbation_observer as study
-from scara_drake.experiments.quantity import text
+from scara_drake.experiments.quantity import Quantity, parts, text
 
 
 @functools.cache
@@ -91,8 +92,9 @@ def test_it_judges_what_it_is_given():
     assert str(claims[0].measured) == "2 times lower RMSE"
     assert claims[0].verdict == NOT_REPRODUCED
     assert "Table 12, 3 m_hat" in claims[1].reason
-    assert claims[3].measured[0].values == (pytest.approx(20.0),)
-    assert claims[3].measured[0].unit == "%"
+    force = of_kind(Quantity, parts(claims[3].measured)[0])
+    assert force.values == (pytest.approx(20.0),)
+    assert force.unit == "%"
     assert claims[3].verdict == NOT_REPRODUCED
     assert study.free_error(data) == 0.0
     data.force[:] = 0.0

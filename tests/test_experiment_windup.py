@@ -60,7 +60,7 @@ def test_only_the_governor_ends_the_overshoot_of_limited_drives():
 
 
 def test_the_motion_asks_for_twice_what_the_drives_give():
-    time = 1e-5 * np.arange(200000)
+    time = 1e-5 * np.arange(200000, dtype=float)
     velocity = windup._reference(time)[:, 6:]
     peak = np.abs(np.diff(velocity, axis=0)).max(axis=0) / 1e-5
     np.testing.assert_allclose(peak, windup.DEMAND * windup._drives(), rtol=1e-3)
@@ -68,7 +68,7 @@ def test_the_motion_asks_for_twice_what_the_drives_give():
 
 @pytest.mark.parametrize("governed", [True, False])
 def test_a_motion_within_the_limits_is_the_same_with_and_without_the_governor(governed):
-    time = windup.PERIOD * np.arange(1500)
+    time = windup.PERIOD * np.arange(1500, dtype=float)
     reference = windup._reference(0.5 * time)
     reference[:, 6:] *= 0.5
     motion = windup.motion(reference, windup._gains(True, windup._drives()), governed)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ from scara_drake.experiments.teleoperation import figure_22
 from scara_drake.joints import JOINT_NAMES, LOWER, MAX_SPEED, UPPER
 
 TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
-SMALL = {
+SMALL: dict[str, dict[str, Any]] = {
     "table_6": {"starts": 6},
     "table_8": {"draws": 6},
     "figures_8_9": {"draws": 12},
@@ -155,8 +156,9 @@ def other_papers(claim):
         if scaled != values:
             yield scaled
         for place, part in enumerate(values):
-            for which in range(len(part.values) if isinstance(part, Quantity) else 0):
-                yield (*values[:place], part.scaled(factor, which), *values[place + 1 :])
+            if isinstance(part, Quantity):
+                for which in range(len(part.values)):
+                    yield (*values[:place], part.scaled(factor, which), *values[place + 1 :])
 
 
 @each

@@ -4,7 +4,9 @@ import functools
 
 import numpy as np
 import pytest
+from kinds import of_kind
 
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.experiments.claim import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
 from scara_drake.experiments.control import figures_16_17 as figures
 from scara_drake.experiments.quantity import text
@@ -35,7 +37,7 @@ def test_data_are_labelled():
 
 
 def test_the_gains_of_the_closed_form_are_those_that_ran():
-    gains = load_scenario(figures.SCENARIO).controller
+    gains = of_kind(IntegralSlidingMode, load_scenario(figures.SCENARIO).controller)
     assert (gains.k[0], gains.c[0], gains.rho[0]) == (figures.K, figures.C, figures.RHO)
 
 

@@ -52,11 +52,11 @@ def test_the_return_keeps_its_bounds_stops_at_zero_and_does_not_pass_it(q, v, sp
     offset = np.array([q, 0.0 if moving_in else v])
     bounds = one_joint(speed, acceleration)
     slowest = 2.0 * abs(q) / speed + 2.0 * speed / acceleration + 1.0
-    path = [offset.copy()]
+    offsets = [offset.copy()]
     for _ in range(round(3.0 * slowest / TS)):
         advance(offset, 0.0, bounds)
-        path.append(offset.copy())
-    path = np.array(path)
+        offsets.append(offset.copy())
+    path = np.array(offsets)
     step = acceleration * TS
     assert np.abs(path[:, 1]).max() <= speed * (1 + 1e-9)
     assert np.abs(np.diff(path[:, 1])).max() <= step * (1 + 1e-9)
@@ -79,8 +79,8 @@ def test_ports_and_pass_through_to_the_bit():
         {"state_desired_governed": 12, "reference_offset": 12},
     )
     # The output reads the references at once, and the efforts never.
-    governed = system.GetOutputPort("state_desired_governed").get_index()
-    offset = system.GetOutputPort("reference_offset").get_index()
+    governed = int(system.GetOutputPort("state_desired_governed").get_index())
+    offset = int(system.GetOutputPort("reference_offset").get_index())
     assert [system.HasDirectFeedthrough(i, governed) for i in range(3)] == [True, False, False]
     assert not system.HasDirectFeedthrough(offset)
     context = system.CreateDefaultContext()

@@ -22,7 +22,7 @@ def exhaustive(X, near, joints, task, restarts, seed):
     low[0], high[0] = np.clip([p[2] - 2.3, p[2] + 2.3], LOWER[0], UPPER[0])
     goal = Goal(p, R, Bounds(first, np.array(LOWER), np.array(UPPER)))
     descent = Descent(0.2857, 1.0, 60, True)
-    found = []
+    ends = []
     for _ in range(restarts):
         q = rng.uniform(low, high)
         if first:
@@ -31,8 +31,8 @@ def exhaustive(X, near, joints, task, restarts, seed):
             refine_position_first_kernel(q, goal, descent, none)
         else:
             refine_kernel(q, goal, descent, none)
-        found.append(q)
-    found = np.array(found)
+        ends.append(q)
+    found = np.array(ends)
     # Every whole turn of theta2, theta3, theta6, not only the nearest.
     turns = np.array(np.meshgrid(*[[-2, -1, 0, 1, 2]] * 3)).reshape(3, -1).T * 2 * np.pi
     wrapped = np.repeat(found, len(turns), axis=0)

@@ -46,7 +46,8 @@ def run_swarm(swarm, q, X, state, x=None, seeded=0, box=(LOWER, UPPER), toleranc
     costs = np.empty(swarm.particles)
     history = np.zeros((500, 2))
     goal = Goal(X[:3, 3].copy(), X[:3, :3].copy(), Bounds(1, LOWER, UPPER))
-    rule = Rule(False, *box, *tolerance, seeded)
+    (low, high), (position, rotation) = box, tolerance
+    rule = Rule(False, low, high, position, rotation, seeded)
     out = swarm_kernel(swarm, goal, rule, state, x, costs, history)
     return out, x, costs, history
 
@@ -153,9 +154,9 @@ def test_the_papers_one_pass_solves_about_half():
 def test_budget_counts_evaluations():
     X = kinematics.forward_kinematics(joints.HOME)
     X[0, 3] += 10.0  # never reached
-    for options in ({"polish": True}, {"polish": False}):
+    for polish in (True, False):
         small, large = (
-            ik.solve(X, "dpso", budget=n, **options).evaluations for n in (1000, 50_000)
+            ik.solve(X, "dpso", budget=n, polish=polish).evaluations for n in (1000, 50_000)
         )
         assert 1000 <= small < 15_000
         assert 50_000 <= large < 70_000

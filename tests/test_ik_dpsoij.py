@@ -45,7 +45,7 @@ def test_paths_with_the_mast():
         q = joint_path(rng, 1)
         X = kinematics.forward_kinematics(q)
         path = ik.solve_path(X, "dpsoij", q_seed=q[0], seed=k)
-        whole += path.success.all()
+        whole += bool(path.success.all())
         assert np.abs(np.diff(path.q, axis=0)).max() <= 0.7 + 1e-12
     # A branch may end at a joint limit behind a fold of the mast's six joints.
     assert whole >= 19

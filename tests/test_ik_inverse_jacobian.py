@@ -22,7 +22,7 @@ def rotation_vector(R):
 def regular_postures(n, seed, first_joint=0):
     """Postures away from limits and singularities of both stages."""
     rng = np.random.default_rng(seed)
-    found = []
+    found: list[np.ndarray] = []
     while len(found) < n:
         q = 0.9 * rng.uniform(LOWER, UPPER) + 0.05 * (LOWER + UPPER)
         J = kinematics.jacobian(q)[:, first_joint:]

@@ -1,9 +1,12 @@
 """The public calls: every success is confirmed here by forward kinematics, never by the solver."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 from pydrake.math import RigidTransform
 
 from scara_drake import ik, kinematics
@@ -133,7 +136,7 @@ def test_table_5_arm_alone_holds_the_position(number, rotation):
     [(1, "joint limits"), (2, "orientation not attainable"), (4, "out of reach")],
 )
 def test_table_5_arm_alone_fails_with_the_reason(method, number, reason):
-    options = {} if method == "inverse_jacobian" else {"budget": 20_000}
+    options: dict[str, Any] = {} if method == "inverse_jacobian" else {"budget": 20_000}
     X = table_5(number)
     result = ik.solve(X, method=method, joints="arm", q_seed=AT_6_M, **options)
     confirm(result, X)
@@ -233,21 +236,22 @@ def test_turns_lie_nearest_to_the_seed():
 
 def test_history_ends_at_the_answer():
     X = table_5(4)
-    for method, options in (
+    runs: list[tuple[str, dict[str, Any]]] = [
         ("inverse_jacobian", {}),
         ("pso", {}),
         ("dpso", {}),
         ("dpso", {"polish": False}),
-    ):
+    ]
+    for method, options in runs:
         result = ik.solve(X, method=method, history=True, q_seed=AT_6_M, **options)
-        assert result.history.ndim == 2
-        assert result.history.shape[1] == 2
-        assert len(result.history) >= 1
-        assert np.all(np.isfinite(result.history))
+        history = of_kind(np.ndarray, result.history)
+        assert history.ndim == 2
+        assert history.shape[1] == 2
+        assert len(history) >= 1
+        assert np.all(np.isfinite(history))
     result = ik.solve(X, method="inverse_jacobian", history=True, q_seed=AT_6_M)
-    np.testing.assert_allclose(
-        result.history[-1], [result.position_error, result.rotation_error], atol=1e-7
-    )
+    last = of_kind(np.ndarray, result.history)[-1]
+    np.testing.assert_allclose(last, [result.position_error, result.rotation_error], atol=1e-7)
     assert ik.solve(X).history is None
 
 

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 from leaf import outputs, ports, tick
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
@@ -13,6 +14,7 @@ from scara_drake.control.integral_sliding_mode import (
     IntegralSlidingModeController,
 )
 from scara_drake.control.ismc_law import GAINS, ismc_law, sliding_surface
+from scara_drake.operator.joint_motion import JointMotion
 
 TS = 1e-3
 ONES = np.ones(6)
@@ -208,7 +210,7 @@ def test_saturation_tells_the_layer_and_the_effort_apart():
 def held_arm(**options):
     """The arm held at HOME for a second, and its recording."""
     scenario = load_scenario("joint_sine", {"operator.amplitude": 0.0})
-    scenario.operator.displacement = [0.0] * 6
+    of_kind(JointMotion, scenario.operator).displacement = [0.0] * 6
     scenario.controller = IntegralSlidingMode(**options)
     return simulate(scenario, duration=0.3)
 
@@ -323,7 +325,7 @@ def test_the_loop_has_no_extra_tick():
         bare.GetPositionsAndVelocities(bare_context), following, rtol=0, atol=1e-9
     )
     # And the effort at t_k is the law of the state at t_k.
-    gains = scenario.controller
+    gains = of_kind(IntegralSlidingMode, scenario.controller)
     sigma = np.empty(6)
     desired = np.concatenate([run.q_desired[k - 1], run.v_desired[k - 1]])
     sliding_surface(desired, state, np.array(gains.c), scenario.time_step, sigma)

@@ -2,6 +2,7 @@ import gc
 
 import numpy as np
 import pytest
+from kinds import of_kind
 from leaf import ports
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
@@ -15,6 +16,7 @@ from scara_drake.common.fields import check
 from scara_drake.control.inverse_dynamics import InverseDynamics, integrate_error
 from scara_drake.diagram import make_diagram
 from scara_drake.joints import EFFORT, HOME, LOWER, UPPER
+from scara_drake.operator.joint_motion import JointMotion
 
 TS = 1e-3
 
@@ -39,8 +41,8 @@ def inverse_dynamics(plant, state, acceleration):
 def held(controller, q0=None, **model):
     """A scenario with the arm held at rest by a controller."""
     scenario = load_scenario("joint_sine", {"operator.amplitude": 0.0})
-    scenario.operator.displacement = [0.0] * 6
-    scenario.operator.base = HOME.tolist()
+    motion = of_kind(JointMotion, scenario.operator)
+    motion.displacement, motion.base = [0.0] * 6, HOME.tolist()
     scenario.controller = controller
     scenario.q0 = None if q0 is None else list(q0)
     for name, value in model.items():
@@ -120,7 +122,7 @@ def test_the_integral_takes_away_what_an_unknown_payload_leaves(plant):
     assert (last[2e5] < 0.01 * np.abs(expected).max()).all()
 
 
-def test_gains_at_the_limit_of_the_rule_settle_and_beyond_it_chatter():
+def test_gains_at_the_limit_of_the_rule_settle_and_beyond_it_chatter(monkeypatch):
     speeds = {}
     for kd in (1900.0, 2100.0):
         controller = InverseDynamics(kp=[1e4] * 6, ki=[0.0] * 6, kd=[kd] * 6)
@@ -130,7 +132,7 @@ def test_gains_at_the_limit_of_the_rule_settle_and_beyond_it_chatter():
         else:
             with pytest.raises(ValueError, match=r"^controller: chatters, .* below 2"):
                 controller.check_sampling("controller", TS)
-            controller.check_sampling = lambda name, period: None
+            monkeypatch.setattr(controller, "check_sampling", lambda name, period: None)
         run = simulate(scenario, duration=0.5)
         speeds[kd] = np.abs(run.v_measured[-50:, 1:]).max()
     assert speeds[1900.0] < 1e-3 < 1e-2 < speeds[2100.0]

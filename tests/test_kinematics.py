@@ -15,7 +15,7 @@ small = st.floats(-1.0, 1.0)
 
 def turned(w):
     """Rotation (3, 3) of a rotation vector, by Drake."""
-    angle = np.linalg.norm(w)
+    angle = float(np.linalg.norm(w))
     axis = np.asarray(w) / angle if angle > 1e-100 else np.array([1.0, 0.0, 0.0])
     return RotationMatrix(AngleAxis(angle, axis)).matrix()
 

@@ -2,9 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 from leaf import ports, tick
 
 from scara_drake import load_scenario, simulate
+from scara_drake.environment import Wall
+from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.kinesthetic import KinestheticMapping, KinestheticOutput, step_kinesthetic
 
 forces = st.lists(st.floats(-1e4, 1e4), min_size=3, max_size=3).map(np.array)
@@ -49,8 +52,9 @@ def test_system():
 
 def test_a_scenario_with_a_kinesthetic_device_records_its_force():
     scenario = load_scenario("teleoperation", {"kinesthetic": "{scale: 0.05, slew: 1000000.0}"})
-    scenario.operator.mapping.centre[1] = -0.97  # [m]
-    scenario.environment.surfaces[0].point[1] = -0.968  # [m]: the tool begins 2 mm inside
+    of_kind(Joystick, scenario.operator).mapping.centre[1] = -0.97  # [m]
+    wall = of_kind(Wall, scenario.environment.surfaces[0])
+    wall.point[1] = -0.968  # [m]: the tool begins 2 mm inside
     run = simulate(scenario, duration=0.5)
     assert float(abs(run.f_haptic).max()) > 1.0
     expected = (0.05 * run.f_haptic).clip(-3.3, 3.3)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import meshcat
 import numpy as np
 import pytest
 import xarray as xr
-from pydrake.geometry import MeshcatCone
+from kinds import of_kind
+from pydrake import geometry as drake
+from pydrake.geometry import Meshcat, MeshcatCone
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from scara_drake import joints, kinematics, load_scenario
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.display.camera import set_camera
-from scara_drake.environment import Box, Cylinder, Environment, Wall
+from scara_drake.environment import Box, Cylinder, Environment, Surface, Wall
 from scara_drake.environment.scene import drawing
 from scara_drake.replay.recording import read_surfaces
 from scara_drake.replay.scene import HIDDEN, draw
@@ -23,7 +25,9 @@ from scara_drake.scenario import dump_scenario
 from scara_drake.vectors import pose_vector
 
 Q_DESIRED = joints.HOME + np.array([0.1, 0.2, -0.1, 0.3, 0.2, -0.4])
-SURFACES = [Wall(name="wall"), Box(name="table", rpy=[0.1, 0.2, 0.3]), Cylinder(name="pipe")]
+SURFACES: list[Surface] = [
+    Wall(name="wall"), Box(name="table", rpy=[0.1, 0.2, 0.3]), Cylinder(name="pipe"),
+]  # fmt: skip
 FORCES = [[0.0, 0.3, 0.4], [0.0, 0.0, 5.0], [0.0, 120.0, 160.0], [-3e3, 0.0, 0.0]]
 
 
@@ -75,7 +79,7 @@ class Window:
 
 def live(force: list[float]) -> Stub:
     stub = Stub()
-    system = SceneAnnotations(stub, 4, SURFACES)
+    system = SceneAnnotations(cast(Meshcat, stub), 4, SURFACES)
     context = system.CreateDefaultContext()
     system.GetInputPort("state").FixValue(context, np.r_[joints.HOME, np.zeros(6)])
     system.GetInputPort("X_WE_desired").FixValue(context, pose_vector(Q_DESIRED))
@@ -141,7 +145,7 @@ def test_the_arrow_of_a_force_is_the_same(force: list[float]) -> None:
         tool = kinematics.forward_kinematics(joints.HOME)[:3, 3]
         np.testing.assert_allclose(tip, tool, atol=1e-9)
         along = (tip - tail) / np.linalg.norm(tip - tail)
-        np.testing.assert_allclose(along, force / np.linalg.norm(force), atol=1e-9)
+        np.testing.assert_allclose(along, np.divide(force, np.linalg.norm(force)), atol=1e-9)
 
 
 def test_two_hundred_newtons_are_an_arrow_of_64_centimetres() -> None:
@@ -188,16 +192,17 @@ def test_the_surfaces_are_the_same() -> None:
             np.testing.assert_allclose(window.pose(path)[:3, 3], X_WG[:3, 3], atol=1e-12)
             if geometry["type"] == "BoxGeometry":
                 size = [geometry[side] for side in ("width", "height", "depth")]
-                np.testing.assert_allclose(size, shape.size())
+                np.testing.assert_allclose(size, of_kind(drake.Box, shape).size())
                 np.testing.assert_allclose(window.pose(path), X_WG, atol=1e-12)
             else:
-                assert geometry["height"] == shape.length()
-                assert geometry["radiusTop"] == geometry["radiusBottom"] == shape.radius()
+                pipe = of_kind(drake.Cylinder, shape)
+                assert geometry["height"] == pipe.length()
+                assert geometry["radiusTop"] == geometry["radiusBottom"] == pipe.radius()
 
 
 def test_the_camera_is_the_same() -> None:
     stub, window = Stub(), replayed(FORCES[0])
-    set_camera(stub, Environment(list(SURFACES)))
+    set_camera(cast(Meshcat, stub), Environment(list(SURFACES)))
     camera = "/Cameras/default/rotated/<object>"
     x, y, z = stub.view
     # y is up in the browser.

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from scara_drake import joints, load_scenario, robot, simulate
 from scara_drake.control.ismc_law import GAINS
@@ -55,8 +56,8 @@ def test_a_known_perturbation_is_found_and_held_by_the_layer():
 def test_outside_the_layer_v_falls(ratio):
     scenario, recording = run("pushed")
     low, high = mass_ratios(scenario.controller)
-    b = {"paper": 1.0, "least": low, "largest": high}[ratio]
-    found = lyapunov(recording, scenario, b)
+    ratios: dict[str, ArrayLike] = {"paper": 1.0, "least": low, "largest": high}
+    found = lyapunov(recording, scenario, ratios[ratio])
     assert (found.samples_checked > 0).all()
     assert (found.samples_outside > found.samples_checked).all()
     assert (found.share_decreasing == 1.0).all()

@@ -140,7 +140,7 @@ def test_ports_and_one_tick() -> None:
 
 def test_a_cloned_context_goes_on_bit_for_bit() -> None:
     builder = DiagramBuilder()
-    source = builder.AddSystem(ConstantVectorSource([1.0, -2.0, 0.5]))
+    source = builder.AddSystem(ConstantVectorSource(np.array([1.0, -2.0, 0.5])))
     master = builder.AddSystem(SimulatedMaster(Master()))
     builder.Connect(source.get_output_port(), master.get_input_port())
     builder.ExportOutput(master.GetOutputPort("motion_master"))

@@ -1,3 +1,5 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -168,7 +170,7 @@ def test_lag_refuses_what_it_cannot_shift(time, largest, message):
         metrics.lag(five, five, largest)
 
 
-ONE = [
+ONE: list[Callable[..., xr.DataArray]] = [
     metrics.iae, metrics.ise, metrics.itae, metrics.steady_state, metrics.percentile95,
     metrics.total_variation, metrics.overshoot, metrics.rise_time, metrics.settling_time,
 ]  # fmt: skip
@@ -180,7 +182,7 @@ def lag_of_waves(response, reference):
     return metrics.lag(response + wave, reference + wave, 0.5)
 
 
-TWO = [metrics.energy, metrics.work, lag_of_waves]
+TWO: list[Callable[..., xr.DataArray]] = [metrics.energy, metrics.work, lag_of_waves]
 LEAVE_OUT = {metrics.steady_state, metrics.percentile95}
 
 

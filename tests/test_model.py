@@ -236,9 +236,9 @@ def test_drives_hold_the_arm_anywhere_with_margin(plant, context):
     np.testing.assert_allclose(worst, [7215, 0, 824, 824, 42, 0], atol=1.0)
     assert np.all(sampled <= worst + 1e-9)
     assert np.all(sampled >= 0.9 * worst - 1e-9)
-    straight = [3.0, 0.0, 0.0, 0.0, np.pi / 2, 0.0]  # the tool continues the forearm
+    straight = np.array([3.0, 0.0, 0.0, 0.0, np.pi / 2, 0.0])  # the tool continues the forearm
     np.testing.assert_allclose(abs(gravity(plant, context, straight)[2]), elbow, rtol=1e-9)
-    upright = [3.0, 0.0, np.pi / 2, -np.pi / 2, np.pi / 2, 0.0]  # joint 4's axis level
+    upright = np.array([3.0, 0.0, np.pi / 2, -np.pi / 2, np.pi / 2, 0.0])  # joint 4's axis level
     np.testing.assert_allclose(abs(gravity(plant, context, upright)[[3, 4]]), [elbow, wrist])
     assert np.all(1.8 * worst <= joints.EFFORT)
 

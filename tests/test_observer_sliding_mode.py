@@ -2,21 +2,25 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 from leaf import outputs, ports, tick
+from pydrake.systems.framework import Context
 
 from scara_drake import joints, load_scenario, metrics, robot, simulate
 from scara_drake.common.fields import check
 from scara_drake.control import ismc_law
+from scara_drake.control.controller import JointController
 from scara_drake.control.observer_law import ESTIMATES, GAINS, observer_begin, observer_law
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.perturbation_observer import observer_gains
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.robot import chatter_number, inverse_mass_matrices
 
 TS = 1e-3
 M_HAT = robot.nominal_inertias()
 
 
-def controller_and_context(velocity=0.0, **gains):
+def controller_and_context(velocity=0.0, **gains) -> tuple[JointController, Context, np.ndarray]:
     controller = ObserverSlidingMode(**gains).make_system(TS)
     controller.set_name("controller")
     context = controller.CreateDefaultContext()
@@ -79,8 +83,8 @@ def test_the_measured_velocity_changes_nothing():
 
 def law_gains(observer, acceleration_feedforward=0.0, effort=np.inf, clamp=np.inf, **law):
     """Gains of one joint."""
-    law = ismc_law.GAINS.pack(effort=effort, clamp=clamp, period=TS, **law)
-    return GAINS.pack(law=law, observer=observer, acceleration_feedforward=acceleration_feedforward)
+    row = ismc_law.GAINS.pack(effort=effort, clamp=clamp, period=TS, **law)
+    return GAINS.pack(law=row, observer=observer, acceleration_feedforward=acceleration_feedforward)
 
 
 @settings(deadline=None, max_examples=50)
@@ -152,7 +156,7 @@ def test_a_saturated_drive_does_not_wind_the_observer_up():
 
 def held_arm(controller):
     scenario = load_scenario("joint_sine", {"operator.amplitude": 0.0})
-    scenario.operator.displacement = [0.0] * 6
+    of_kind(JointMotion, scenario.operator).displacement = [0.0] * 6
     scenario.controller = controller
     return simulate(scenario, duration=1.0)
 

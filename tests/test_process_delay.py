@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ class Parts:
 
 def parts(overrides):
     """The parts of a scenario with these overrides."""
-    data = {}
+    data: dict[str, dict[str, Any]] = {}
     for key, value in overrides.items():
         part, name = key.split(".")
         data.setdefault(part, {})[name] = value

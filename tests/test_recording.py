@@ -77,7 +77,7 @@ def test_your_own_simulator_gives_the_same_recording(run):
 
 def test_another_diagram_is_refused():
     builder = DiagramBuilder()
-    builder.AddSystem(ConstantVectorSource([0.0]))
+    builder.AddSystem(ConstantVectorSource(np.zeros(1)))
     diagram = builder.Build()
     with pytest.raises(ValueError, match="allowed a Diagram of"):
         recording(diagram, diagram.CreateDefaultContext())

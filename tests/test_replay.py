@@ -190,7 +190,7 @@ def test_a_wall_is_where_the_environment_has_it() -> None:
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     walls = [Wall(name=f"{i}", normal=n.tolist(), thickness=0.2) for i, n in enumerate(normals)]
     scenario = load_scenario("teleoperation")
-    scenario.environment = Environment(walls)
+    scenario.environment = Environment([*walls])
     read = read_surfaces(dump_scenario(scenario))
     for (size, X_WB, _), wall in zip(read, walls, strict=True):
         X = wall.pose().GetAsMatrix4()
@@ -318,6 +318,7 @@ def test_a_signal_ends_the_server_too(file: Path) -> None:
     pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     runs = {sent: subprocess.Popen(command, **pipes) for sent in (signal.SIGTERM, signal.SIGINT)}
     for sent, process in runs.items():
+        assert process.stdout is not None
         port = int(process.stdout.readline().split(":")[-1].split("/")[0])
         with socket.create_connection(("127.0.0.1", port), timeout=5):
             pass

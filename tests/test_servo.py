@@ -41,7 +41,7 @@ def command_at(q, offset=(0.0, 0.0, 0.0), mast=None):
 )
 def test_limiter_keeps_its_bounds_and_arrives_without_overshoot(start, speed, acceleration):
     error, rate, previous = np.array(start), np.zeros(3), np.zeros(3)
-    initial = np.linalg.norm(error)
+    initial = float(np.linalg.norm(error))
     time_needed = initial / speed + 4 * np.sqrt(max(initial, 1e-9) / acceleration) + 1.0
     for _ in range(int(time_needed / DT) + 1):
         limit_motion(error, rate, speed, acceleration, 60.0, DT)

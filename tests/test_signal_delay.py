@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
 from pydrake.common.value import Value
 from pydrake.common.yaml import yaml_load_typed
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput
+from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput, VectorLogSink
 
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.channel.laws import delay_at
@@ -58,8 +59,8 @@ def build(delay: Any, initial: Any = (0.0, 0.0), drake_steps: int | None = None)
 
 
 def logged(simulator: Simulator, name: str) -> tuple[np.ndarray, np.ndarray]:
-    sink = simulator.get_system().GetSubsystemByName(name)
-    log = sink.FindLog(simulator.get_context())
+    diagram = of_kind(Diagram, simulator.get_system())
+    log = of_kind(VectorLogSink, diagram.GetSubsystemByName(name)).FindLog(simulator.get_context())
     return log.sample_times().copy(), log.data().T.copy()
 
 
@@ -136,7 +137,7 @@ def test_initial_value_is_held_until_the_first_sample_arrives() -> None:
     times, received = logged(simulator, "signal_received")
     waiting = times < 0.0505  # 50 ticks of delay and its own
     np.testing.assert_array_equal(
-        received[waiting], np.tile([7.0, -7.0], (np.count_nonzero(waiting), 1))
+        received[waiting], np.tile([7.0, -7.0], (int(np.count_nonzero(waiting)), 1))
     )
     np.testing.assert_allclose(received[~waiting][0], signal(0.0), atol=1e-15)
 
@@ -254,7 +255,7 @@ def test_a_run_without_events_keeps_nothing_on_the_system() -> None:
     system = SignalDelay(ConstantDelay(0.01), [0.0])
     before = {key: repr(value) for key, value in vars(system).items()}
     context = system.CreateDefaultContext()
-    system.GetInputPort("signal_sent").FixValue(context, Value(BasicVector([1.0])))
+    system.GetInputPort("signal_sent").FixValue(context, Value(BasicVector(np.array([1.0]))))
     Simulator(system, context).AdvanceTo(0.1)
     assert {key: repr(value) for key, value in vars(system).items()} == before
     assert system.GetOutputPort("signal_received").Eval(context) == [1.0]

@@ -1,6 +1,7 @@
 """Equations (48) to (51): the evidence, and how it is judged."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from scara_drake.experiments.control import stability
 from scara_drake.experiments.quantity import text
 from scara_drake.stability.robustness import VARIATIONS
 
-SMALL = {
+SMALL: dict[str, Any] = {
     "postures": 4,
     "every": 400,
     "duration": 1.2,

@@ -34,4 +34,5 @@ def test_every_leaf_system_is_there():
 
 def test_every_leaf_system_says_what_its_ports_are():
     for name in systems.__all__:
-        assert "ort" in inspect.getdoc(getattr(systems, name)), name  # "Ports", "Input port"
+        documented = inspect.getdoc(getattr(systems, name)) or ""
+        assert "ort" in documented, name  # "Ports", "Input port"

@@ -10,12 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kinds import of_kind
 
 from scara_drake import load_scenario
 from scara_drake.cli import tune as tune_command
 from scara_drake.cli.main import main
 from scara_drake.common.files import write_whole
 from scara_drake.common.resources import resource
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
+from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.trace import load_trace
 from scara_drake.scenario import dump_scenario
 
@@ -65,7 +68,8 @@ def test_the_tables_show_the_figures_before_and_after(capsys):
     _, out, _ = run_line(capsys, *QUICK, "--trials", "4", "--tracking", "itae")
     for what in ("d1 ITAE", "theta6 ITAE", "d1 effort variation", "mm s", "mrad s", "N m"):
         assert what in out
-    gains = load_scenario("runs/joint_sine_tuned.yaml").controller
+    tuned = load_scenario("runs/joint_sine_tuned.yaml")
+    gains = of_kind(IntegralSlidingMode, tuned.controller)
     for gain in (*gains.c, *gains.phi):
         assert f"{gain:.4g}" in out
 
@@ -118,7 +122,7 @@ def test_without_its_extra(capsys, monkeypatch):
 
 
 def assert_same_trace(path, expected):
-    found = load_trace(load_scenario(path).operator.trace_path())
+    found = load_trace(of_kind(Joystick, load_scenario(path).operator).trace_path())
     for ours, theirs in zip(found, expected, strict=True):
         np.testing.assert_array_equal(ours, theirs)
 
@@ -144,15 +148,14 @@ def test_a_trace_beside_the_scenario_is_found_from_anywhere(capsys, monkeypatch)
 
 def test_a_shipped_trace_keeps_its_name_unless_another_has_it():
     shipped = load_scenario("teleoperation")
-    assert tune_command.with_files_from(shipped, Path("runs")).operator.trace == (
-        "operator_trace.csv"
-    )
+    moved = tune_command.with_files_from(shipped, Path("runs"))
+    assert of_kind(Joystick, moved.operator).trace == "operator_trace.csv"
     Path("runs").mkdir()
     Path("runs/operator_trace.csv").write_text("time,x,y,z,mast_axis,mast_hat\n0,1,0,0,0,0\n")
     kept = tune_command.with_files_from(shipped, Path("runs"))
     write_whole("runs/out.yaml", dump_scenario(kept))
     assert_same_trace("runs/out.yaml", load_trace(resource("diagrams", "operator_trace.csv")))
-    assert shipped.operator.trace == "operator_trace.csv"
+    assert of_kind(Joystick, shipped.operator).trace == "operator_trace.csv"
 
 
 # Interrupted and killed.

@@ -3,13 +3,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import browser
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kinds import of_kind
+from pydrake import geometry
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -46,7 +48,7 @@ def desired_pose(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.nda
     return np.r_[X_WE[:3, 3] + offset, quaternion]
 
 
-def annotations(meshcat: Meshcat, points: int = 4) -> tuple[SceneAnnotations, Context]:
+def annotations_of(meshcat: Meshcat, points: int = 4) -> tuple[SceneAnnotations, Context]:
     system = SceneAnnotations(meshcat, points)
     context = system.CreateDefaultContext()
     system.GetInputPort("state").FixValue(context, HOME_STATE)
@@ -72,14 +74,14 @@ def test_ports(meshcat: Meshcat) -> None:
 
 
 def test_the_trail_starts_at_the_tool(meshcat: Meshcat) -> None:
-    system, context = annotations(meshcat)
+    system, context = annotations_of(meshcat)
     Simulator(system, context).Initialize()
     p = kinematics.forward_kinematics(joints.HOME)[:3, 3]
     np.testing.assert_allclose(trail(context)[1], np.tile(p, (4, 1)), atol=1e-12)
 
 
 def test_the_trail_keeps_the_last_points_at_16_hertz(meshcat: Meshcat) -> None:
-    system, context = annotations(meshcat)
+    system, context = annotations_of(meshcat)
     simulator = Simulator(system, context)
     simulator.Initialize()
     expected = []
@@ -94,7 +96,7 @@ def test_the_trail_keeps_the_last_points_at_16_hertz(meshcat: Meshcat) -> None:
 
 
 def test_a_cloned_context_and_a_second_run_give_the_same_bits(meshcat: Meshcat) -> None:
-    system, context = annotations(meshcat)
+    system, context = annotations_of(meshcat)
     fresh = context.Clone()
     Simulator(system, context).AdvanceTo(0.3)
     clone = context.Clone()
@@ -111,7 +113,7 @@ def test_a_cloned_context_and_a_second_run_give_the_same_bits(meshcat: Meshcat) 
 
 
 def test_everything_is_drawn_again_by_a_second_run(meshcat: Meshcat) -> None:
-    system, context = annotations(meshcat)
+    system, context = annotations_of(meshcat)
     paths = ["ghost/rod", "force/shaft", "force/head", "trail/0/tube", "trail/3/tube"]
     for _ in range(2):
         meshcat.Delete()
@@ -120,7 +122,7 @@ def test_everything_is_drawn_again_by_a_second_run(meshcat: Meshcat) -> None:
 
 
 def test_a_forced_publish_draws_without_a_run(meshcat: Meshcat) -> None:
-    system, context = annotations(meshcat)
+    system, context = annotations_of(meshcat)
     meshcat.Delete()
     system.ForcedPublish(context)
     assert meshcat.HasPath("annotations/ghost/rod")
@@ -150,7 +152,7 @@ class MeshcatStub:
 def test_a_surface_that_moves_is_drawn_where_it_is(kind: type[Surface]) -> None:
     moving = kind(name="lid", motion=SineMotion([0, 0, 1.0], amplitude=0.1, frequency=0.7))
     stub = MeshcatStub()
-    system = SceneAnnotations(stub, 4, [kind(name="table"), moving])
+    system = SceneAnnotations(cast(Meshcat, stub), 4, [kind(name="table"), moving])
     context = system.CreateDefaultContext()
     system.GetInputPort("state").FixValue(context, HOME_STATE)
     simulator = Simulator(system, context)
@@ -295,7 +297,7 @@ def test_the_saved_page_plays_offline_with_the_arrow_in_contact_only(
 def test_the_recorded_trail_stays_behind_the_tool(chromium: Any, tmp_path: Path) -> None:
     # The mast rises at 1 m/s; a piece that drifts to its next place would run ahead of the tool.
     meshcat, period, points = Meshcat(), 1.0 / 32.0, 4
-    system, context = annotations(meshcat, points)
+    system, context = annotations_of(meshcat, points)
     start_recording(meshcat)
     simulator = Simulator(system, context)
     simulator.Initialize()
@@ -363,7 +365,7 @@ def test_the_camera_shows_the_tool_and_a_wall_wherever_it_stands(point, normal, 
     unit = np.array(normal) / np.linalg.norm(normal)
     wall = Wall(point=list(point), normal=unit.tolist(), size=list(size))
     stub = CameraStub()
-    set_camera(stub, Environment([wall]))
+    set_camera(cast(Meshcat, stub), Environment([wall]))
     back = (stub.camera - stub.target) / np.linalg.norm(stub.camera - stub.target)
     right = np.cross([0, 0, 1], back) / np.linalg.norm(np.cross([0, 0, 1], back))
     up = np.cross(back, right)
@@ -384,13 +386,13 @@ def test_the_camera_looks_at_all_corners_of_a_surface(surface: Surface) -> None:
     assert corners.shape == (8, 3)
     local = surface.pose().inverse() @ corners.T
     shape, _ = surface.shape()
-    sides = (
-        [shape.width(), shape.depth(), shape.height()]
-        if isinstance(surface, Box)
-        else [2 * shape.radius(), 2 * shape.radius(), shape.length()]
-    )
+    if isinstance(surface, Box):
+        sides = of_kind(geometry.Box, shape).size().tolist()
+    else:
+        pipe = of_kind(geometry.Cylinder, shape)
+        sides = [2 * pipe.radius(), 2 * pipe.radius(), pipe.length()]
     np.testing.assert_allclose(np.ptp(local, axis=1), sides)
     np.testing.assert_allclose(local.mean(axis=1), 0.0, atol=1e-12)
     stub = CameraStub()
-    set_camera(stub, Environment([surface]))
+    set_camera(cast(Meshcat, stub), Environment([surface]))
     assert np.isfinite(stub.camera).all()

@@ -78,7 +78,7 @@ class AnyOf:
 
 
 # A tuple is met where all of its members are.
-Condition = bool | Rule | AnyOf | tuple["Condition", ...]
+Condition = bool | np.bool_ | Rule | AnyOf | tuple["Condition", ...]
 
 
 def _holds(condition: Condition, paper: Value | None) -> bool:

@@ -207,7 +207,7 @@ class _Search:
             self._study.enqueue_trial(start_point(part, period), skip_if_exists=True)
         draws = np.random.SeedSequence([self._seed, done + index]).generate_state(1)
         self._study.sampler = optuna.samplers.TPESampler(seed=int(draws[0]))
-        return self._study.ask(self._space)
+        return self._study.ask({**self._space})
 
     def _problem(self) -> str:
         """Describe all that a cost depends on."""

@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator
 from typing import Any, Final
 
-from optuna.distributions import BaseDistribution, FloatDistribution
+from optuna.distributions import FloatDistribution
 
 from scara_drake.common.fields import Spec, spec_of
 
@@ -26,7 +26,7 @@ WIDEST: Final = 1e6  # of the boundary layer, times the one given
 STEPS: Final = (4.0, 1.05)  # of the search of the smallest layer, coarse and fine
 
 
-def search_space(part: Any, period: float) -> dict[str, BaseDistribution]:
+def search_space(part: Any, period: float) -> dict[str, FloatDistribution]:
     """Return the ranges of the parameters of a controller part, by name, such as ``c[0]``.
 
     Args:
@@ -34,7 +34,7 @@ def search_space(part: Any, period: float) -> dict[str, BaseDistribution]:
             list of gains.
         period: [s].
     """
-    space: dict[str, BaseDistribution] = {
+    space = {
         name: FloatDistribution(*_range(part, name, value), log=True)
         for name, value in _parameters(part)
     }
