@@ -1,10 +1,12 @@
 from dataclasses import dataclass, field
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scara_drake.common.schema import build
+from scara_drake.common.schema import build, data_of, yaml_of
 
 
 @dataclass
@@ -57,3 +59,13 @@ def test_a_word_is_spread_and_nothing_else_is_changed():
 def test_what_does_not_fit_is_named(data, message):
     with pytest.raises(ValueError, match=f"^top\\.{message}"):
         build(Whole, data, "top.")
+
+
+def test_numbers_of_numpy_are_written_as_numbers():
+    numbers: dict[str, Any] = {"gains": np.array([1.0, 3.0]), "limit": np.float32(2.0)}
+    made = Whole(part=Hard(stiffness=np.float64(2.5)), **numbers)
+    assert data_of(made)["gains"] == [1.0, 3.0]
+    assert yaml_of(made) == (
+        "part: !Hard\n  stiffness: 2.5\n  count: 1\ngains: [1.0, 3.0]\nwords: [a, b]\n"
+        "limit: 2.0\nquiet: false\nfree: []\n"
+    )

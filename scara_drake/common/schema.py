@@ -7,6 +7,7 @@ import types
 import typing
 from typing import Any, TypeVar
 
+import numpy as np
 import yaml
 
 from scara_drake.common import checks
@@ -87,6 +88,8 @@ def _data(hint: Any, value: Any) -> Any:
     if isinstance(value, list):
         items = [typing.get_args(kind)[0] for kind in kinds if typing.get_origin(kind) is list]
         return [_data(items[0] if items else type(entry), entry) for entry in value]
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()  # a number of Python's, or a list of them
     if not dataclasses.is_dataclass(value):
         return value
     tag = {} if kinds == [type(value)] else {TAG: f"!{type(value).__name__}"}
