@@ -16,6 +16,7 @@ from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
 
 from scara_drake import kinematics, metrics
 from scara_drake.common import checks
+from scara_drake.common.schema import TAG
 from scara_drake.display import look
 from scara_drake.environment import Environment, Wall
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
@@ -191,9 +192,10 @@ def finish(
 
 
 def walls(recording: xr.Dataset) -> list[Wall]:
-    """Return the walls of the scenario that a recording was made of; boxes and pipes are none."""
-    data = yaml_load(data=recording.attrs["scenario"], private=True)["environment"]
-    environment = yaml_load_typed(schema=Environment, data=yaml_dump(data))
+    """Return the walls of the scenario that a recording was made of, and no other surfaces."""
+    data = yaml_load(data=recording.attrs["scenario"], private=True)["environment"]["surfaces"]
+    found = [surface for surface in data if surface.get(TAG, "!Wall") == "!Wall"]
+    environment = yaml_load_typed(schema=Environment, data=yaml_dump({"surfaces": found}))
     return [surface for surface in environment.surfaces if isinstance(surface, Wall)]
 
 

@@ -1,7 +1,7 @@
 """What the tool can touch: walls, boxes and pipes, and how they push back."""
 
 from scara_drake.environment.box import Box
-from scara_drake.environment.compliance import ConstantVelocity, SineMotion
+from scara_drake.environment.compliance import Compliance, ConstantVelocity, SineMotion
 from scara_drake.environment.contact import ImpedanceContact
 from scara_drake.environment.cylinder import Cylinder
 from scara_drake.environment.force import contact_force, tool_contact
@@ -17,6 +17,7 @@ from scara_drake.environment.wall import Wall
 
 __all__ = [
     "Box",
+    "Compliance",
     "ConstantVelocity",
     "ContactShapes",
     "Cylinder",

@@ -79,8 +79,8 @@ class SineMotion:
 class Compliance:
     """How a surface yields and moves; stiffness and damping default to Table 4 of the paper.
 
-    A kind of surface adds its `name` and its place to these, and says in a kernel how far a point
-    is from it.
+    A kind of surface adds its `name` and its place to these, and says in a kernel of the table
+    `DISTANCES`, or in its method `distance`, how far a point is from it.
 
     Attributes:
         law: "impedance", equation (52); "hunt_crossley"; or "drake", the compliant point contact of
@@ -115,6 +115,13 @@ class Compliance:
 
     def pose(self) -> RigidTransform:
         """X_WS of the surface frame where the surface is without its motion."""
+        raise NotImplementedError
+
+    def distance(self, p_S: Array, normal_S: Array) -> float:
+        """Signed distance [m] of a point (3,), in the frame S; writes the unit gradient (3,).
+
+        It is asked of the kinds that are not in `DISTANCES`, once a tick: plain Python will do.
+        """
         raise NotImplementedError
 
     def half_lengths(self) -> list[float]:

@@ -11,6 +11,7 @@ from pydrake.multibody.plant import ContactResults
 
 from scara_drake.common.block import Block, Declaration, Input, Kernel, Memory
 from scara_drake.environment.force import tool_contact, tool_contact_next
+from scara_drake.environment.own import OwnSurfaces
 from scara_drake.environment.scene import ContactShapes
 from scara_drake.environment.surfaces import Environment
 
@@ -18,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class ImpedanceContact(Block):
-    """Contact of the tool with the surfaces of an environment, see `law`.
+    """Contact of the tool with the surfaces of an environment, see `law` and `own`.
 
     Ports:
         input state (12): q, v measured [m, rad, m/s, rad/s].
@@ -51,11 +52,15 @@ class ImpedanceContact(Block):
         inputs = {"state": Input(12)}
         start: Kernel = tool_contact
         update: Kernel = tool_contact_next
+        own = OwnSurfaces.of(environment)
+        if own.surfaces:
+            start, update = OwnContact(own, 0.0).write, OwnContact(own, period).write
         if any(surface.law == "drake" for surface in environment.surfaces):
             if shapes is None:
                 raise ValueError("shapes: None, allowed what add_surfaces returned (law 'drake')")
             inputs["contact_results"] = Input(value=Value[ContactResults]())
-            start, update = PlantContact(shapes, 0.0).add, PlantContact(shapes, period).add
+            start = PlantContact(shapes, OwnContact(own, 0.0)).add
+            update = PlantContact(shapes, OwnContact(own, period)).add
         super().__init__(
             Declaration(
                 inputs=inputs,
@@ -73,16 +78,43 @@ class ImpedanceContact(Block):
 
 
 @dataclass(frozen=True)
-class PlantContact:
-    """`tool_contact` together with the plant's own contact of the tool.
+class OwnContact:
+    """`tool_contact` where some surfaces are of kinds that it does not know.
 
     Attributes:
-        shapes: between which that acts.
+        own: these surfaces.
         ahead: how much later than now the surfaces are looked at [s].
     """
 
-    shapes: ContactShapes
+    own: OwnSurfaces
     ahead: float
+
+    def write(
+        self,
+        t: float,
+        state: Array,
+        surfaces: Array,
+        penetration: Array,
+        f_env_on_tool_W: Array,
+        generalized_force: Array,
+    ) -> None:
+        """Write the contact of the tool but for Drake's."""
+        t += self.ahead
+        rows = self.own.rows(t, state, surfaces) if self.own.surfaces else surfaces
+        tool_contact(t, state, rows, penetration, f_env_on_tool_W, generalized_force)
+
+
+@dataclass(frozen=True)
+class PlantContact:
+    """`OwnContact` together with the plant's own contact of the tool.
+
+    Attributes:
+        shapes: between which that acts.
+        others: the contact that is not the plant's.
+    """
+
+    shapes: ContactShapes
+    others: OwnContact
 
     def add(
         self,
@@ -96,7 +128,7 @@ class PlantContact:
     ) -> None:
         """Write the contact of the tool, Drake's included where a surface has that law."""
         f = f_env_on_tool_W
-        tool_contact(t + self.ahead, state, surfaces, penetration, f, generalized_force)
+        self.others.write(t, state, surfaces, penetration, f, generalized_force)
         add_plant_contact(contact_results, self.shapes, penetration, f)
 
 

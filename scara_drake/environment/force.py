@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.environment.law import DRAKE, force_by, surface_of
+from scara_drake.environment.law import DRAKE, course_at, force_by, surface_of
 from scara_drake.environment.surfaces import surface_distance
 from scara_drake.kinematics import tool_kinematics_kernel
 
@@ -34,9 +34,7 @@ def contact_force(
         penetration[i] = 0.0
         if s.law == DRAKE:
             continue
-        angle = s.omega * time + s.phase
-        offset = s.speed * time + s.amplitude * np.sin(angle)
-        speed = s.speed + s.amplitude * s.omega * np.cos(angle)
+        offset, speed = course_at(s, time)
         p_S[:] = 0.0
         for k in range(3):
             along = p_WE[k] - s.p_WS[k] - offset * s.direction[k]

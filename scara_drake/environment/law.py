@@ -75,6 +75,15 @@ surface_of = SURFACE.reader()
 
 
 @njit(cache=True)
+def course_at(s: SurfaceRow, t: float) -> tuple[float, float]:
+    """Way [m] and speed [m/s] of a surface along its direction, t [s] after the start."""
+    angle = s.omega * t + s.phase
+    offset = s.speed * t + s.amplitude * np.sin(angle)
+    speed = s.speed + s.amplitude * s.omega * np.cos(angle)
+    return offset, speed
+
+
+@njit(cache=True)
 def impedance(s: SurfaceRow, depth: float, rate: float) -> float:
     """Force [N] of equation (52), blended in and never pulling."""
     damping = s.damping * min(depth / s.blend, 1.0)

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from scara_drake.common.choose import chooser
 from scara_drake.environment.box import Box, box_distance
+from scara_drake.environment.compliance import Compliance
 from scara_drake.environment.cylinder import Cylinder, cylinder_distance
 from scara_drake.environment.law import NUMBERS, SURFACE, surface_of
 from scara_drake.environment.wall import Wall, wall_distance
 
 Array = NDArray[np.float64]
 
-# A kind is a dataclass in a file of its own, named in the union, and its distance in the table.
+# A kind is a dataclass in a file of its own, named in the union, and its distance in the table. One
+# that is not in the table says it by its method, see `own`.
 Surface = Wall | Box | Cylinder
 DISTANCES: Final[dict[type, Callable[[Array, Array, float, Array], float]]] = {
     Wall: wall_distance,
@@ -24,6 +26,8 @@ DISTANCES: Final[dict[type, Callable[[Array, Array, float, Array], float]]] = {
     Cylinder: cylinder_distance,
 }
 KINDS: Final = list(DISTANCES)
+WALL: Final = KINDS.index(Wall)
+NOWHERE: Final = np.full(3, np.nan)
 distance_by: Any = chooser(list(DISTANCES.values()))
 
 
@@ -46,13 +50,21 @@ def surface_distance(surface: Array, p_S: Array, normal_S: Array) -> float:
     return distance_by(s.kind, p_S, s.half, s.edge, normal_S)
 
 
-def surface_row(surface: Surface) -> Array:
-    """Return a surface as `surface_of` reads it."""
-    X_WS = surface.pose()
+def is_own(surface: Compliance) -> bool:
+    """Whether a surface is of a kind that is not in the table."""
+    return type(surface) not in DISTANCES
+
+
+def surface_row(surface: Compliance) -> Array:
+    """Return a surface as `surface_of` reads it.
+
+    One that is not in the table is a wall that `own` has yet to place: its force is NaN.
+    """
+    X_WS, own = surface.pose(), is_own(surface)
     return SURFACE.pack(
-        kind=KINDS.index(type(surface)),
+        kind=WALL if own else KINDS.index(type(surface)),
         law=NUMBERS[surface.law],
-        p_WS=X_WS.translation(),
+        p_WS=NOWHERE if own else X_WS.translation(),
         R_WS=X_WS.rotation().matrix(),
         half=surface.half_lengths(),
         edge=surface.edge(),

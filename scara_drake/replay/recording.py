@@ -16,6 +16,7 @@ from scara_drake.joints import JOINT_NAMES
 Array = NDArray[np.float64]
 
 _SIGNALS = ["q_measured", "q_desired", "p_WE_desired", "f_env_on_tool_W"]
+_TAG, _KINDS = "_tag", ("Wall", "Box", "Cylinder")
 _SIZES = ("size", "thickness", "radius", "length")
 _NUMBERS = {"point", "normal", "direction", "centre", "rpy", *_SIZES}
 
@@ -35,16 +36,23 @@ class Block(NamedTuple):
 
 
 class _Untagged(yaml.SafeLoader):
-    """Reads a mapping with a tag, such as ``!Joystick``, as a plain one."""
+    """Reads a mapping with a tag, such as ``!Joystick``, as one with the tag as an entry."""
 
 
-_Untagged.add_multi_constructor("!", lambda loader, _, node: loader.construct_mapping(node, True))
+_Untagged.add_multi_constructor(
+    "!", lambda loader, tag, node: {_TAG: tag} | loader.construct_mapping(node, True)
+)
 
 
 def read_surfaces(scenario: str) -> list[Block]:
-    """Read the walls, boxes and cylinders of a scenario's YAML text, where they are at rest."""
+    """Read the walls, boxes and cylinders of a scenario's YAML text, where they are at rest.
+
+    Of other kinds, such as a surface of the user's own, the text does not say the shape.
+    """
     blocks = []
     for data in yaml.load(scenario, _Untagged)["environment"]["surfaces"]:
+        if data.get(_TAG, _KINDS[0]) not in _KINDS:
+            continue
         # YAML takes 1e-05 for a text; numpy takes it for the number it is.
         read = {key: np.array(data[key], dtype=np.float64) for key in _NUMBERS & data.keys()}
         if "rpy" in read:
