@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
+from kinds import of_kind
 from pydrake import geometry
 from pydrake.math import RigidTransform
 
@@ -22,6 +24,7 @@ from scara_drake.environment import (
     tool_contact,
 )
 from scara_drake.environment.own import OwnSurfaces
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.replay.recording import read_surfaces
 from scara_drake.scenario import dump_scenario, load_scenario
 from scara_drake.simulation.run import simulate
@@ -69,9 +72,14 @@ def box(ball: Ball) -> Box:
     )
 
 
+def around(*surfaces: Any) -> Environment:
+    """An environment of surfaces of any kind."""
+    return Environment(list(surfaces))
+
+
 def contact(surfaces, t, state):
     """Penetration, force and joint force of the tool."""
-    environment = Environment(list(surfaces))
+    environment = around(*surfaces)
     rows = OwnSurfaces.of(environment).rows(t, state, environment.parameters())
     found = np.empty(len(surfaces)), np.empty(3), np.empty(6)
     tool_contact(t, state, rows, *found)
@@ -104,7 +112,7 @@ def test_a_press_on_it_is_that_on_the_box():
         scenario = load_scenario("joint_sine", {"controller.phi": 1.0})
         ball = Ball(centre=(TOOL - [0.02, RADIUS - 0.005, 0.0]).tolist())
         scenario.q0 = joints.HOME.tolist()
-        scenario.operator.base = joints.HOME.tolist()
+        of_kind(JointMotion, scenario.operator).base = joints.HOME.tolist()
         scenario.environment.surfaces = [kind(ball)]
         recordings.append(simulate(scenario, duration=0.5))
     mine, known = recordings
@@ -114,7 +122,7 @@ def test_a_press_on_it_is_that_on_the_box():
 
 
 def test_the_parameters_of_an_update_are_left_as_they_are():
-    environment = Environment([Ball(centre=TOOL.tolist()), Wall()])
+    environment = around(Ball(centre=TOOL.tolist()), Wall())
     rows = environment.parameters()
     before = rows.copy()
     state = np.concatenate([joints.HOME + 0.01, np.zeros(6)])
@@ -124,14 +132,14 @@ def test_the_parameters_of_an_update_are_left_as_they_are():
 
 def test_a_kernel_that_is_not_told_where_it_is_says_so_by_nan():
     penetration, f = np.empty(1), np.empty(3)
-    rows = Environment([Ball()]).parameters()
+    rows = around(Ball()).parameters()
     contact_force(0.0, np.zeros(3), np.zeros(3), rows, penetration, f)
     assert np.isnan(f).all()
 
 
 def test_its_fields_have_bounds():
     with pytest.raises(ValueError, match=r"environment.surfaces\[0\].radius: 0.0, allowed"):
-        check(Environment([Ball(radius=0.0)]), "environment")
+        check(around(Ball(radius=0.0)), "environment")
 
 
 def test_a_surface_without_a_distance_is_refused_at_the_first_contact():
@@ -145,7 +153,7 @@ def test_a_surface_without_a_distance_is_refused_at_the_first_contact():
 
 def test_plots_and_replay_of_its_recording_leave_it_out():
     scenario = load_scenario("teleoperation")
-    scenario.environment.surfaces.append(Ball(centre=[0.0, 0.0, 9.0]))
+    scenario.environment = around(*scenario.environment.surfaces, Ball(centre=[0.0, 0.0, 9.0]))
     recording = simulate(scenario, duration=0.01)
     assert [wall.name for wall in plotting.walls(recording)] == ["wall"]
     assert len(read_surfaces(dump_scenario(scenario))) == 1
