@@ -259,7 +259,7 @@ class IntegralSlidingModeController(JointController):
     def __init__(self, gains: IntegralSlidingMode, period: float = 1e-3) -> None:
         super().__init__(
             period,
-            Law(update=ismc_update, initialize=ismc_initialize, rest=ismc_rest),
+            Law(update=ismc_update, initialize=ismc_initialize, rest=ismc_rest, limited=True),
             parameters={"parameters": gains.parameters(period)},
             memory={
                 "sliding_variable": Memory(6, port=True),

@@ -245,7 +245,7 @@ class PidController(JointController):
     def __init__(self, gains: Pid, period: float = 1e-3) -> None:
         super().__init__(
             period,
-            Law(update=pid_update, initialize=pid_initialize, rest=pid_rest),
+            Law(update=pid_update, initialize=pid_initialize, rest=pid_rest, limited=True),
             parameters={"gains": gains.array(period)},
             memory={"integral": Memory(6)},
         )

@@ -18,6 +18,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
 from scara_drake.common import checks
+from scara_drake.common.finite import naming_nan
 from scara_drake.diagram import make_diagram
 from scara_drake.display.controls import StopButton
 from scara_drake.recordings.dataset import to_dataset
@@ -119,6 +120,7 @@ def run(
         ProgressLine(scenario.name, scenario.duration, progress) as line,
         DeferredInterrupt() as interrupt,
         _closing(diagram),
+        naming_nan(diagram, simulator.get_context()),
     ):
         simulator.Initialize()
         simulator.ResetStatistics()
