@@ -200,22 +200,38 @@ def meter_device(
 
 
 @njit(cache=True)
+def given_out(f: float, v: float, period: float, ahead: float, turn: float) -> float:
+    """Return the most energy [J] that a force can give out over a period, some periods ahead.
+
+    Args:
+        f: of the device over that period, positive resists [N].
+        v: of the device now [m/s].
+        period: [s].
+        ahead: periods from now to the middle of that one.
+        turn: fastest change of the velocity [m/s²].
+    """
+    along = math.copysign(v, f * v)
+    return abs(f) * max(ahead * period * turn - along, 0.0) * period
+
+
+@njit(cache=True)
+def committed(axis: int, turn: float, s: MasterTick) -> float:
+    """Return the most energy [J] that an axis of the device gives out until the next tick."""
+    return given_out(s.f_acting[axis], s.v[axis], s.period, 0.5, turn)
+
+
+@njit(cache=True)
 def affordable_force(f: float, axis: int, left: float, turn: float, s: MasterTick) -> float:
     """Return a force [N] of the device, smaller where it could give out more than is left [J].
 
     A force that is commanded now acts from the next tick to the one after it, when the hand may
-    have turned round. With a velocity that changes by no more than `turn` [m/s²], the ways against
-    the force that acts in the meantime and against this one are bounded, and so is what both can
-    give out, whatever the hand does. What is left after the tick is then never below zero.
+    have turned round. With a velocity that changes by no more than `turn` [m/s²], what the force
+    that acts in the meantime gives out is bounded, and so is what this one does. So no hand of that
+    kind ever takes more than is left.
     """
-    step = turn * s.period
-    acting = s.f_acting[axis]
-    retreat = max(0.5 * step - math.copysign(s.v[axis], acting * s.v[axis]), 0.0) * s.period
-    left = max(left - abs(acting) * retreat, 0.0)
-    retreat = max(1.5 * step - math.copysign(s.v[axis], f * s.v[axis]), 0.0) * s.period
-    if abs(f) * retreat > left:
-        return math.copysign(left / retreat, f)
-    return f
+    left = max(left - committed(axis, turn, s), 0.0)
+    most = given_out(f, s.v[axis], s.period, 1.5, turn)
+    return f * left / most if most > left else f
 
 
 @njit(cache=True)
