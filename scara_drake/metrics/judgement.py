@@ -138,6 +138,9 @@ def _outages(recording: xr.Dataset) -> Iterator[str]:
             more = len(found.outages) - 5
             rest = f" and {more} times more" if more > 0 else ""
             yield f"nothing came over the {link}link from {times}{rest}"
+    if "command_watch" in recording:
+        for lost in stretches(recording.time.values, recording.command_watch.values > 0.0):
+            yield f"the command was lost from {lost}, until it was followed again"
 
 
 def _statuses(recording: xr.Dataset) -> Iterator[str]:
