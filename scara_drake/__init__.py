@@ -14,6 +14,7 @@ from scara_drake import kinematics  # noqa: E402 - see above
 if find_spec("pydrake") is not None:
     from scara_drake import ik
     from scara_drake.diagram import make_diagram
+    from scara_drake.metrics.judgement import verdict
     from scara_drake.recordings.files import load_recording, save_recording
     from scara_drake.recordings.recorder import recording
     from scara_drake.scenario import Scenario, load_scenario
@@ -32,4 +33,5 @@ __all__ = [
     "recording",
     "save_recording",
     "simulate",
+    "verdict",
 ]

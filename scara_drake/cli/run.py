@@ -9,6 +9,7 @@ from pathlib import Path
 from pydrake.geometry import Meshcat
 from rich.console import Console
 
+from scara_drake import metrics
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
@@ -17,8 +18,11 @@ from scara_drake.scenario import load_scenario, parse_overrides
 from scara_drake.simulation import run as simulation
 
 
-def run(options: argparse.Namespace, console: Console) -> None:
+def run(options: argparse.Namespace, console: Console) -> int:
     """Simulate a scenario, draw it, write its recording and its page, and print the summary.
+
+    Returns:
+        The exit status: 0 where the arm did what it was told, 1 where not, see `metrics.verdict`.
 
     Raises:
         ValueError: bad input; one line.
@@ -46,9 +50,11 @@ def run(options: argparse.Namespace, console: Console) -> None:
     except Exception as error:
         kept = f" (what was recorded is in {journal})" if journal.exists() else ""
         raise RuntimeError(f"{error}{kept}") from error
+    verdict = metrics.verdict(result.recording)
+    result.recording.attrs["verdict"] = str(verdict)
     save_recording(result.recording, record)
     journal.unlink()
-    print_summary(console, scenario, result)
+    print_summary(console, scenario, result, verdict)
     console.print(f"Recording: {record}")
     if meshcat is not None and options.html:
         publish_recording(meshcat)
@@ -56,6 +62,7 @@ def run(options: argparse.Namespace, console: Console) -> None:
         console.print(f"Page: {options.html}")
     if meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
+    return 0 if verdict.good else 1
 
 
 def _check_target(path: Path | None, suffix: str) -> None:
