@@ -12,10 +12,12 @@ from meshcat.transformations import rotation_matrix
 from numpy.typing import NDArray
 
 from scara_drake.joints import JOINT_NAMES
+from scara_drake.recordings.files import UNREADABLE, open_recording
 
 Array = NDArray[np.float64]
 
 _SIGNALS = ["q_measured", "q_desired", "p_WE_desired", "f_env_on_tool_W"]
+YEAR = 3.2e7  # [s]: no run is longer, and none could be drawn
 _TAG, _KINDS = "_tag", ("Wall", "Box", "Cylinder")
 _SIZES = ("size", "thickness", "radius", "length")
 _NUMBERS = {"point", "normal", "direction", "centre", "rpy", *_SIZES}
@@ -81,15 +83,21 @@ def load(path: str | Path) -> tuple[xr.Dataset, list[Block]]:
     """Read of a recording what is shown: joints, desired tool, force; and the surfaces.
 
     Raises:
-        ValueError: no such file, or not a recording.
+        ValueError: no such file, not a recording, or one that is damaged.
     """
-    if not Path(path).is_file():
-        raise ValueError(f"recording: '{path}', allowed a file that exists")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            data = file[_SIGNALS].sel(joint=list(JOINT_NAMES)).load()
-        if data.time.size == 0 or not np.isfinite(data.q_measured).all():
-            raise ValueError("no positions")
-        return data, read_surfaces(data.attrs["scenario"])
-    except (OSError, ValueError, LookupError, TypeError, yaml.YAMLError):
-        raise ValueError(f"recording: '{path}', allowed NetCDF written by a run") from None
+    refusal = ValueError(f"recording: '{path}', allowed NetCDF written by a run")
+    with open_recording(path) as recording:
+        try:
+            data = recording[_SIGNALS].sel(joint=list(JOINT_NAMES)).load()
+            blocks = read_surfaces(data.attrs["scenario"])
+        except (*UNREADABLE, yaml.YAMLError):
+            raise refusal from None
+    times = data.time.values
+    if times.size == 0 or not np.isfinite(data.q_measured).all() or not _is_a_clock(times):
+        raise refusal
+    return data, blocks
+
+
+def _is_a_clock(times: Array) -> bool:
+    """Whether times rise, and are those of a run: not below 0, nor above a year."""
+    return bool(times[0] >= 0.0 and times[-1] <= YEAR and (np.diff(times) > 0.0).all())
