@@ -85,7 +85,7 @@ def test_two_free_masses_are_unstable_below_the_margin(margin: float, mass: floa
 
 
 @njit
-def drift_apart(constants, memories, packet_size, mass, delay, steps):  # type: ignore[no-untyped-def]
+def drift_apart(constants, memories, packet_size, mass, delay, steps):
     """Distance [m] of two free masses at each tick, a master's law at both, from 1 cm each."""
     motion = np.zeros((2, 6))
     motion[0, 0], motion[1, 0] = 0.01, -0.01

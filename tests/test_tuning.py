@@ -360,7 +360,7 @@ def test_an_interrupt_ends_the_search_with_the_best_so_far(monkeypatch):
         nonlocal count
         count += 1
         result = simulated(*arguments)
-        return replace(result, interrupted=True) if count == stop else result
+        return replace(result, ended_by="interrupt") if count == stop else result
 
     monkeypatch.setattr(tuning, "run", run)
     stop = 3

@@ -83,7 +83,7 @@ def test_the_command_line_says_it_and_answers_with_one(capsys, tmp_path):
     assert status == 1
     said = out[out.index("Verdict: ") :].splitlines()[0]
     assert said.startswith("Verdict: arm lost at t = ")
-    assert sd.load_recording(record).attrs["verdict"] in said
+    assert str(sd.verdict(sd.load_recording(record))) in said
     assert main([*arguments, "--set=duration=0.5"]) == 0
     assert "Verdict: arm followed." in capsys.readouterr().out
 

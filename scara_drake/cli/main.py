@@ -45,8 +45,7 @@ def _module_of(command: str, name: str, extra: str) -> Any:
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        if not extra:
+        if not extra and not str(error.name).startswith("pydrake"):
             raise
-        raise ValueError(
-            f"{command}: {error}, allowed with the extra '{extra}' installed"
-        ) from None
+        what = f"the extra '{extra}'" if extra else "Drake"
+        raise ValueError(f"{command}: {error}, allowed with {what} installed") from None

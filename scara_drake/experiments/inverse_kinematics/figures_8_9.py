@@ -57,10 +57,12 @@ def run(seed: int = 0, draws: int = 30) -> Experiment:
     shape = (len(swarms), len(NUMBERS), draws)
     success, iterations = np.empty(shape, dtype=bool), np.empty(shape, dtype=np.int64)
     histories: dict[tuple[int, int], Array] = {}
-    X_WE, arguments = targets(), {"q_seed": home(), "history": True}
+    X_WE, q_seed = targets(), home()
     for i, (method, options) in enumerate(swarms.values()):
         for k, d in np.ndindex(shape[1:]):
-            answer = ik.solve(X_WE[k], method, seed=seed + d, **arguments, **options)
+            answer = ik.solve(
+                X_WE[k], method, q_seed=q_seed, seed=seed + d, history=True, **options
+            )
             success[i, k, d], iterations[i, k, d] = answer.success, answer.iterations
             if answer.success and (i, k) not in histories:
                 histories[i, k] = np.asarray(answer.history)
