@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test test-slow lint lab svg clean
+.PHONY: run test test-slow lint kernels lab svg clean
 
 # Installed anew when what is to be installed has changed.
 $(VENV)/.installed: pyproject.toml constraints.txt
@@ -18,11 +18,19 @@ run: $(VENV)/.installed
 	$(BIN)/scara-drake run teleoperation --set operator.device=auto \
 	  --record runs/teleoperation.nc --html runs/teleoperation.html
 
-test: $(VENV)/.installed lint
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+# A worker keeps the tests of a file together, which share what they simulate, until it has none.
+test: $(VENV)/.installed
+	$(MAKE) --jobs=2 lint kernels
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
-test-slow: $(VENV)/.installed
-	$(BIN)/python -m pytest -m slow
+# Ten times the examples of the property tests, and the long studies.
+test-slow: $(VENV)/.installed kernels
+	SCARA_DRAKE_NIGHTLY=1 $(BIN)/python -m pytest -n 2 --dist worksteal --timeout=3000 \
+	  -m "slow or hypothesis"
+
+# Compiled once before several processes need them.
+kernels: $(VENV)/.installed
+	$(BIN)/python tests/compile_kernels.py
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

@@ -28,14 +28,15 @@ def make(path: Path) -> None:
 
 def read(path: Path, picture: Path) -> None:
     """Print and plot what is in the file."""
-    with xr.open_dataset(path, engine="h5netcdf") as file:
+    with xr.open_dataset(path, engine="netcdf4") as file:
         data = file.load()
 
     # Every variable has its unit; the joints, axes and surfaces have names.
     print(f"scenario   {data.attrs['scenario_name']}, seed {data.attrs['seed']}")
     print(f"made with  drake {json.loads(data.attrs['versions'])['drake']}")
     print(f"samples    {data.sizes['time']}, up to {data.time.values[-1]} s")
-    print(f"variables  {len(data.data_vars)}; q_measured [{data.q_measured.attrs['units']}]")
+    units = data[data.q_measured.attrs["units_in"]].values
+    print(f"variables  {len(data.data_vars)}; q_measured [{', '.join(units)}]")
 
     # The plant steps by q(k+1) = q(k) + h v(k+1), so each rate is the slope that leads to it.
     theta2 = data.sel(joint="theta2")

@@ -1,7 +1,6 @@
 """Bilateral teleoperation of a 6-DOF SCARA for nuclear dismantling, as a Drake Diagram."""
 
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 
 from scara_drake.common.kernel_cache import remove_stale_kernels
@@ -9,12 +8,18 @@ from scara_drake.common.kernel_cache import remove_stale_kernels
 remove_stale_kernels(Path(__file__).parent)  # before any kernel is loaded
 
 from scara_drake import kinematics  # noqa: E402 - see above
+from scara_drake.recordings.files import load_recording, save_recording  # noqa: E402
+from scara_drake.recordings.table import to_table  # noqa: E402
 
-# Where Drake has no wheel (Windows), recordings can still be replayed: see `scara_drake.replay`.
-if find_spec("pydrake") is not None:
+# Without Drake, which has no wheel for Windows, recordings can still be read and replayed.
+try:
+    import pydrake as _drake  # noqa: F401 - whether it is there
+except ModuleNotFoundError:
+    pass
+else:
     from scara_drake import ik
     from scara_drake.diagram import make_diagram
-    from scara_drake.recordings.files import load_recording, save_recording
+    from scara_drake.metrics.judgement import verdict
     from scara_drake.recordings.recorder import recording
     from scara_drake.scenario import Scenario, load_scenario
     from scara_drake.simulation.run import simulate
@@ -32,4 +37,6 @@ __all__ = [
     "recording",
     "save_recording",
     "simulate",
+    "to_table",
+    "verdict",
 ]

@@ -7,19 +7,20 @@ green, force red.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from pydrake.common.yaml import yaml_dump, yaml_load, yaml_load_typed
+from numpy.typing import NDArray
 
 from scara_drake import kinematics, metrics
 from scara_drake.common import checks
-from scara_drake.common.schema import TAG
 from scara_drake.display import look
-from scara_drake.environment import Environment, Wall
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
+from scara_drake.recordings.surfaces import KIND, facing, surfaces_of
+
+Array = NDArray[np.float64]
 
 COMMANDED, LIMIT, LAW = look.COMMANDED, look.LIMIT, look.LAW
 FIRST, SECOND = look.FIRST, look.SECOND
@@ -81,10 +82,10 @@ def tool_path(recording: xr.Dataset, ax: Axes) -> None:
     for wall in walls(recording):
         if abs(wall.normal[2]) < 0.99:
             half = wall.size[0] / 2
-            left, right = (wall.pose() @ np.array([side, 0.0, 0.0]) for side in (-half, half))
-            ends = np.stack([left, right])
+            along = facing(wall.normal)[:, 0]
+            ends = np.stack([wall.point - half * along, wall.point + half * along])
             ax.plot(ends[:, 0], ends[:, 1], color=WALL, linewidth=3, label=wall.name)
-            limits = _around(limits, wall.point[:2])
+            limits = _around(limits, wall.point[:2].tolist())
     ax.axis(limits)
     ax.set_aspect("equal", adjustable="box")
     finish(ax, "x [m]", "y [m]", loc="lower left")
@@ -108,7 +109,7 @@ def contact_force(recording: xr.Dataset, ax: Axes, surface: str | None = None) -
     name = next(iter(by_name), "") if surface is None else surface
     checks.choice("surface", name, by_name)
     wall = by_name[name]
-    normal = wall.pose().rotation().matrix()[:, 2]  # col(2) would be a view that dangles
+    normal = wall.normal / np.linalg.norm(wall.normal)
     depth = recording.penetration.sel(surface=name).values
     rate = -_tool_velocity(recording) @ normal
     law = np.where(depth > 0.0, wall.stiffness * depth + wall.damping * rate, 0.0)
@@ -191,12 +192,41 @@ def finish(
     ax.legend(loc=loc, fontsize="small")
 
 
+class Wall(NamedTuple):
+    """What a plot shows of a wall, as its scenario has it.
+
+    Attributes:
+        name: of the wall.
+        point: on its surface (3,) [m].
+        normal: out of it (3,).
+        size: width and height [m].
+        stiffness: K [N/m].
+        damping: B [N s/m].
+    """
+
+    name: str
+    point: Array
+    normal: Array
+    size: Array
+    stiffness: float
+    damping: float
+
+
 def walls(recording: xr.Dataset) -> list[Wall]:
     """Return the walls of the scenario that a recording was made of, and no other surfaces."""
-    data = yaml_load(data=recording.attrs["scenario"], private=True)["environment"]["surfaces"]
-    found = [surface for surface in data if surface.get(TAG, "!Wall") == "!Wall"]
-    environment = yaml_load_typed(schema=Environment, data=yaml_dump({"surfaces": found}))
-    return [surface for surface in environment.surfaces if isinstance(surface, Wall)]
+    found = surfaces_of(recording.attrs["scenario"])
+    return [
+        Wall(
+            name=str(wall["name"]),
+            point=np.array(wall["point"], dtype=np.float64),
+            normal=np.array(wall["normal"], dtype=np.float64),
+            size=np.array(wall["size"], dtype=np.float64),
+            stiffness=float(wall["stiffness"]),
+            damping=float(wall["damping"]),
+        )
+        for wall in found
+        if wall[KIND] == "Wall"
+    ]
 
 
 def _along(recording: xr.Dataset, axis: str) -> xr.Dataset:

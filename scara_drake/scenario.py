@@ -8,7 +8,7 @@ in its union here.
 import copy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from pydrake.common.yaml import yaml_load
@@ -19,6 +19,7 @@ from scara_drake.common import checks
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import build, yaml_of
+from scara_drake.control.contract import ControllerPart, check_controller
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
@@ -45,8 +46,10 @@ from scara_drake.wiring.operators import wiring_of
 
 Operator = Joystick | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
-Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
-
+if TYPE_CHECKING:  # from Python any controller will do; a YAML tag chooses one of these
+    Controller = ControllerPart
+else:
+    Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
 # Systems with random numbers of their own; the order decides their seeds.
 STREAMS = ("uplink", "downlink", "encoder")
@@ -146,6 +149,7 @@ def check_scenario(scenario: Scenario) -> None:
     Raises:
         ValueError: one line that names the field, its value and what is allowed.
     """
+    check_controller(scenario.controller)
     check(scenario, "")
     check_sampling(scenario, "", scenario.time_step)
 

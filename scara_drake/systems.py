@@ -2,6 +2,7 @@
 
 from scara_drake.channel.packets import PacketChannel
 from scara_drake.channel.signal_delay import SignalDelay
+from scara_drake.channel.watch import CommandWatchSystem
 from scara_drake.control.contact_estimate import ContactForceEstimator
 from scara_drake.control.governor import ReferenceGovernorSystem
 from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
@@ -28,6 +29,7 @@ from scara_drake.stability.linear import ContinuousLayer
 
 __all__ = [
     "ActuatorLagSystem",
+    "CommandWatchSystem",
     "ContactForceEstimator",
     "ContinuousLayer",
     "EncoderSystem",

@@ -16,6 +16,7 @@ def test_the_shipped_drawing_is_that_of_the_diagram(name):
     assert source_of_svg(drawing) == dot_source(make_diagram(load_scenario(name)))
 
 
+@pytest.mark.drawing
 @pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz (dot) is not installed")
 def test_a_drawing_shows_every_system_by_name():
     diagram = make_diagram(load_scenario("teleoperation"))

@@ -8,7 +8,7 @@ import scara_drake
 from scara_drake import ik
 from scara_drake.cli.parser import IK_METHOD, IK_METHODS, make_parser
 
-HEAVY = ["pydrake", "numba", "xarray", "matplotlib", "optuna", "meshcat", "pygame", "pyarrow"]
+HEAVY = ["pydrake", "numba", "xarray", "matplotlib", "optuna", "meshcat", "pygame", "netCDF4"]
 # The package without its front, which imports the simulator.
 PROGRAM = """
 import sys, types
@@ -47,7 +47,16 @@ def test_the_methods_in_the_help_are_those_there_are():
 
 def test_every_command_has_a_module():
     parser = make_parser()
-    lines = ("run x", "show", "diagrams", "ik --position 1 2 3", "tune x", "replay x.nc")
+    lines = (
+        "run x",
+        "show",
+        "diagrams",
+        "ik --position 1 2 3",
+        "tune x",
+        "replay x.nc",
+        "recover x.journal",
+        "table x.nc",
+    )
     for line in lines:
         options = parser.parse_args(line.split())
         module = __import__(options.module, fromlist=["run"])

@@ -58,7 +58,7 @@ def test_a_law_in_plain_python_runs_in_the_loop():
     gains = Spring()
     check(gains, "controller")
     scenario = load_scenario("joint_sine")
-    scenario.controller = gains  # type: ignore[assignment] # the user's own, no kind of ours
+    scenario.controller = gains
     run = simulate(scenario, duration=0.2)
     k = 150
     q = run.q_desired[k - 1] + TS * run.v_desired[k - 1] - run.q_measured[k]

@@ -11,18 +11,20 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 if not os.environ.get("DISPLAY"):
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
-pygame = pytest.importorskip("pygame")
+import pygame
+from pydrake.systems.analysis import Simulator
+from virtual_pad import VirtualPad, load_sdl
 
-from pydrake.systems.analysis import Simulator  # noqa: E402
-from virtual_pad import VirtualPad, load_sdl  # noqa: E402
+from scara_drake.common.fields import check
+from scara_drake.operator.devices import AxisMap, PygameDevice, find_device
+from scara_drake.operator.joystick import JoystickSource
 
-from scara_drake.common.fields import check  # noqa: E402
-from scara_drake.operator.devices import AxisMap, PygameDevice, find_device  # noqa: E402
-from scara_drake.operator.joystick import JoystickSource  # noqa: E402
-
-pytestmark = pytest.mark.skipif(
-    load_sdl() is None, reason="pygame's SDL library with virtual joysticks was not found"
-)
+pytestmark = [
+    pytest.mark.device,
+    pytest.mark.skipif(
+        load_sdl() is None, reason="pygame's SDL library with virtual joysticks was not found"
+    ),
+]
 RESOLUTION = 1 / 32767
 
 

@@ -37,7 +37,13 @@ def run(system, steps, initial=-1.0):
 def test_ports():
     assert ports(PacketChannel(Packets(), [0.0, 0.0])) == (
         {"signal_sent": 2},
-        {"signal_received": 2, "delay": 1, "age_of_information": 1},
+        {
+            "signal_received": 2,
+            "delay": 1,
+            "age_of_information": 1,
+            "packets_sent": 1,
+            "packets_lost": 1,
+        },
     )
 
 

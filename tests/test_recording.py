@@ -43,7 +43,14 @@ def test_dims_units_and_attributes(run):
     for expected, group in dims.items():
         for name in group.split():
             assert dataset[name].dims == expected
-            assert dataset[name].attrs["units"]
+            if "joint" in expected and name != "saturation":
+                units = dataset[dataset[name].attrs["units_in"]]
+                assert units.dims == ("joint",)
+                assert set(units.values[1:]) == {"rad" + units.values[0].removeprefix("m")} or (
+                    list(units.values) == ["N"] + 5 * ["N m"]
+                )
+            else:
+                assert dataset[name].attrs["units"]
             assert dataset[name].notnull().all()
     assert list(dataset.joint.values) == ["d1", *(f"theta{i}" for i in range(2, 7))]
     assert list(dataset.surface.values) == ["wall"]

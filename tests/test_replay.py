@@ -293,13 +293,14 @@ def test_it_plays_once_in_time_and_ends_its_server(
     file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[Any] = []
+    start_server = replay.server.start
 
-    class Viewer(meshcat.Visualizer):
-        def __init__(self) -> None:
-            super().__init__()
-            opened.append((self.window.server_proc, time.monotonic()))
+    def started(*address: Any) -> Any:
+        process, url = start_server(*address)
+        opened.append((process, time.monotonic()))
+        return process, url
 
-    monkeypatch.setattr(replay.meshcat, "Visualizer", Viewer)
+    monkeypatch.setattr(replay.server, "start", started)
     replay.replay(file, speed=0.5, fps=20)
     ((process, start),) = opened
     assert 2.0 <= time.monotonic() - start < 6.0  # a second, at half speed
@@ -410,7 +411,7 @@ def test_another_dataset_is_no_recording(dataset: xr.Dataset, tmp_path: Path) ->
     ]
     for index, other in enumerate(others):
         path = tmp_path / f"{index}.nc"
-        other.to_netcdf(path, engine="h5netcdf")
+        other.to_netcdf(path, engine="netcdf4")
         with pytest.raises(ValueError, match="allowed NetCDF written by a run"):
             load(path)
 

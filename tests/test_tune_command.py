@@ -20,7 +20,7 @@ from scara_drake.common.resources import resource
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.trace import load_trace
-from scara_drake.scenario import dump_scenario
+from scara_drake.scenario import check_scenario, dump_scenario
 
 QUICK = ["tune", "joint_sine", "--duration", "0.05"]
 
@@ -56,7 +56,7 @@ def test_the_result_is_a_scenario_that_runs(capsys):
     assert (tuned.name, tuned.duration) == ("joint_sine_tuned", start.duration)
     assert tuned.robot.payload_mass == 20.0
     assert tuned.operator == start.operator
-    tuned.controller.check_sampling("controller", tuned.time_step)
+    check_scenario(tuned)
     status, _, err = run_line(
         capsys, "run", "runs/joint_sine_tuned.yaml", "--set", "duration=0.05", "--no-realtime",
         "--no-meshcat",

@@ -15,6 +15,7 @@ from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
+from scara_drake.scenario import check_scenario
 from scara_drake.tuning import trials as tuning
 from scara_drake.tuning.cost import Aim, Cost, Figures, itae, rms
 from scara_drake.tuning.search import tune
@@ -359,7 +360,7 @@ def test_an_interrupt_ends_the_search_with_the_best_so_far(monkeypatch):
         nonlocal count
         count += 1
         result = simulated(*arguments)
-        return replace(result, interrupted=True) if count == stop else result
+        return replace(result, ended_by="interrupt") if count == stop else result
 
     monkeypatch.setattr(tuning, "run", run)
     stop = 3
@@ -426,7 +427,7 @@ def test_a_controller_without_gains_is_refused():
 def test_the_gains_of_the_sines_get_much_better():
     result = tune(load_scenario("joint_sine"), trials=40, duration=3.0)
     assert result.best_cost < 0.7 * result.start_cost
-    result.scenario.controller.check_sampling("controller", TS)
+    check_scenario(result.scenario)
 
 
 Declared = make_dataclass(

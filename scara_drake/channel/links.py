@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
+from scara_drake.channel.watch import CommandWatch
 from scara_drake.common import checks, fields
 from scara_drake.common.fields import number
 
@@ -20,18 +21,21 @@ class Channel:
         down: link to the operator.
         preset: a name of `PRESETS`, which then stands for both links; empty for none.
         max_delay: longest that either may reach.
+        watch: when the command counts as lost, and what follows; for an `up` of packets.
     """
 
     up: Link = field(default_factory=ConstantDelay)
     down: Link = field(default_factory=ConstantDelay)
     preset: str = ""
     max_delay: float = number(2.5, "s", 0.0, LONGEST)
+    watch: CommandWatch | None = None
 
     def check_together(self, name: str) -> None:
         """Check the preset, and the links that stand against max_delay.
 
         Raises:
-            ValueError: an unknown preset, or a link whose delay exceeds max_delay.
+            ValueError: an unknown preset, a link whose delay exceeds max_delay, or a watch over a
+                link without packets.
         """
         if self.preset:
             checks.choice(f"{name}.preset", self.preset, PRESETS)
@@ -44,6 +48,9 @@ class Channel:
                     f"{name}.{direction}: a delay of up to {link.maximum():g} s, allowed 0 to "
                     f"{self.max_delay:g} s ({name}.max_delay)"
                 )
+
+        if self.watch is not None and not isinstance(self.link("up"), Packets):
+            raise ValueError(f"{name}.watch: set, allowed where {name}.up is !Packets")
 
     def check_sampling(self, name: str, period: float) -> None:
         """Check that the links that stand suit the time step `period` [s].

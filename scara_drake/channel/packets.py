@@ -175,6 +175,8 @@ def step_packets(
     signal_received: Array,
     delay: Array,
     age_of_information: Array,
+    packets_sent: Array,
+    packets_lost: Array,
 ) -> None:
     """One tick of `PacketChannel`, in place.
 
@@ -187,6 +189,8 @@ def step_packets(
         signal_received: (n,).
         delay: (1,), of the packet in use [s].
         age_of_information: (1,), since the packet in use was sent [s].
+        packets_sent: (1,), how many so far.
+        packets_lost: (1,), how many of them never arrive.
     """
     p, m = link_of(link), flight_of(flight)
     n = signal_sent.size
@@ -198,8 +202,11 @@ def step_packets(
             m.first[()] = t
         arrivals[count % slots] = t + travel_time(t, link, seed, count, m.bad)
         payloads[count % slots] = signal_sent
+        if np.isinf(arrivals[count % slots]):
+            packets_lost[:] += 1.0
         count += 1
         m.count[()] = count
+        packets_sent[:] = count
     for packet in range(count - 1, max(int(m.newest[()]), count - slots - 1), -1):
         arrival = arrivals[packet % slots]
         if arrival <= t + TICK:
@@ -220,13 +227,15 @@ class PacketChannel(Block):
         output delay (1) [s]: travel time of the packet in use, 0 before the first.
         output age_of_information (1) [s]: since the packet in use was sent, or since the start
             before the first.
+        output packets_sent (1): how many so far.
+        output packets_lost (1): how many of them never arrive.
 
     Update, at t = k period: every `send_period` a packet with the signal is sent; it arrives after
     delay(t) + jitter, unless it is lost, sent in an outage, or slower than `longest`. Then
     signal_received becomes that of the packet sent last among those that have arrived: one that
     was overtaken is dropped, so the received signal never runs backwards, and while nothing
     arrives it holds.
-    Initial: signal_received = initial, delay = age_of_information = 0.
+    Initial: signal_received = initial, all others 0.
 
     The ports change right after t, as those of `SignalDelay`, which a constant delay of whole
     periods equals bit for bit. Jitter and loss depend on the seed and the count of packets only.
@@ -257,6 +266,8 @@ class PacketChannel(Block):
                     "signal_received": Memory(first, port=True),
                     "delay": Memory(1, port=True),
                     "age_of_information": Memory(1, port=True),
+                    "packets_sent": Memory(1, port=True),
+                    "packets_lost": Memory(1, port=True),
                     "flight": Memory(flight),
                 },
                 parameters={"link": packets.parameters(period), "seed": seed},

@@ -16,12 +16,16 @@ INTERRUPTED: Final = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit status: 0, 1 for a failed run, 2 for bad input."""
+    """Run the command line; return the exit status: 0, 1 for a failed run, 2 for bad input.
+
+    A command fails by what it raises, or by what it returns: a status, or None where all is well.
+    """
     options = make_parser().parse_args(arguments)
     errors = Console(stderr=True, soft_wrap=True)
     try:
         # Only now: what a command needs takes seconds to import, and may not be installed.
-        _module_of(options.command, options.module, options.extra).run(options, Console())
+        module = _module_of(options.command, options.module, options.extra)
+        status: int = module.run(options, Console()) or 0
     except ValueError as error:
         if options.traceback:
             raise
@@ -34,15 +38,14 @@ def main(arguments: list[str] | None = None) -> int:
         return FAILED_RUN
     except KeyboardInterrupt:
         return INTERRUPTED
-    return 0
+    return status
 
 
 def _module_of(command: str, name: str, extra: str) -> Any:
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        if not extra:
+        if not extra and not str(error.name).startswith("pydrake"):
             raise
-        raise ValueError(
-            f"{command}: {error}, allowed with the extra '{extra}' installed"
-        ) from None
+        what = f"the extra '{extra}'" if extra else "Drake"
+        raise ValueError(f"{command}: {error}, allowed with {what} installed") from None

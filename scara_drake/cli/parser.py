@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from scara_drake.joints import JOINT_NAMES
+from scara_drake.replay.arguments import add_arguments as add_replay_arguments
 
 IK_EPILOG: Final = """\
 The pose is that of the tool frame in the world, z up from mast height 0. Its orientation is
@@ -61,7 +62,16 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=version("scara-drake"))
     parser.add_argument("--traceback", action="store_true", help="show where an error comes from")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
-    for add in (_add_run, _add_show, _add_diagrams, _add_ik, _add_tune, _add_replay):
+    for add in (
+        _add_run,
+        _add_show,
+        _add_diagrams,
+        _add_ik,
+        _add_tune,
+        _add_replay,
+        _add_recover,
+        _add_table,
+    ):
         add(commands)
     return parser
 
@@ -100,9 +110,29 @@ def _add_diagrams(commands: Any) -> None:
 
 
 def _add_replay(commands: Any) -> None:
-    parser = commands.add_parser("replay", help="play a recording again", add_help=False)
-    parser.add_argument("arguments", nargs=argparse.REMAINDER)
+    parser = commands.add_parser("replay", help="play a recording again")
+    add_replay_arguments(parser)
     parser.set_defaults(module="scara_drake.cli.replay", extra="replay")
+
+
+def _add_recover(commands: Any) -> None:
+    parser = commands.add_parser(
+        "recover", help="make a recording of the journal of a run that was cut off"
+    )
+    parser.add_argument("journal", type=Path, metavar="JOURNAL")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE.nc", help="default: beside it, by its name"
+    )
+    parser.set_defaults(module="scara_drake.cli.recover", extra="")
+
+
+def _add_table(commands: Any) -> None:
+    parser = commands.add_parser("table", help="write a recording as a table, one row a sample")
+    parser.add_argument("recording", type=Path, metavar="FILE.nc")
+    parser.add_argument(
+        "--csv", type=Path, metavar="FILE.csv", help="default: beside it, by its name"
+    )
+    parser.set_defaults(module="scara_drake.cli.table", extra="")
 
 
 def _add_ik(commands: Any) -> None:

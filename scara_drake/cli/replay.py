@@ -6,14 +6,14 @@ import argparse
 
 from rich.console import Console
 
-from scara_drake.replay.player import main
+from scara_drake.replay.player import play
 
 
 def run(options: argparse.Namespace, console: Console) -> None:
-    """Play a recording; the arguments are those of `scara_drake.replay`.
+    """Play a recording; see `scara_drake.replay`.
 
     Raises:
         SystemExit: it failed; with its exit status.
     """
-    if status := main(options.arguments):
+    if status := play(options):
         raise SystemExit(status)

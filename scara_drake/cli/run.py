@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import glob
+import signal
 import sys
+from contextlib import nullcontext, suppress
+from dataclasses import asdict
 from pathlib import Path
 
 from pydrake.geometry import Meshcat
 from rich.console import Console
 
+from scara_drake import metrics
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
-from scara_drake.recordings.files import save_recording
+from scara_drake.recordings.files import open_recording, save_journal
+from scara_drake.recordings.journal import Journal
 from scara_drake.scenario import load_scenario, parse_overrides
-from scara_drake.simulation import run as simulation
+from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
+from scara_drake.simulation.run import Run, run_into
 
 
-def run(options: argparse.Namespace, console: Console) -> None:
+def run(options: argparse.Namespace, console: Console) -> int:
     """Simulate a scenario, draw it, write its recording and its page, and print the summary.
+
+    Returns:
+        The exit status: 0 where the arm did what it was told, 1 where not, see `metrics.verdict`.
 
     Raises:
         ValueError: bad input; one line.
@@ -31,31 +41,71 @@ def run(options: argparse.Namespace, console: Console) -> None:
         _check_target(path, suffix)
     if options.html and options.no_meshcat:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
-    meshcat = None if options.no_meshcat else Meshcat()
-    if meshcat is not None:
-        console.print(f"Scene: {meshcat.web_url()}")
-        set_camera(meshcat, scenario.environment)
-        if options.html:
-            start_recording(meshcat)
-    journal = record.with_suffix(".journal")
-    rate = 0.0 if options.no_realtime else 1.0
-    try:
-        result = simulation.run(scenario, journal, rate, meshcat, progress=True)
-    except ValueError:
-        raise
-    except Exception as error:
-        kept = f" (what was recorded is in {journal})" if journal.exists() else ""
-        raise RuntimeError(f"{error}{kept}") from error
-    save_recording(result.recording, record)
-    journal.unlink()
-    print_summary(console, scenario, result)
-    console.print(f"Recording: {record}")
-    if meshcat is not None and options.html:
-        publish_recording(meshcat)
-        save_html(meshcat, options.html)
-        console.print(f"Page: {options.html}")
+    with (
+        Journal(record.with_suffix(".journal")) as journal,
+        DeferredInterrupt(*ENDING) as signals,
+    ):
+        _say_what_is_there(record, journal)
+        meshcat = None if options.no_meshcat else Meshcat()
+        if meshcat is not None:
+            console.print(f"Scene: {meshcat.web_url()}")
+            set_camera(meshcat, scenario.environment)
+            if options.html:
+                start_recording(meshcat)
+        rate = 0.0 if options.no_realtime else 1.0
+        try:
+            ended = run_into(journal, scenario, rate, meshcat, True, signals)
+            _keep(journal, record)
+        except BaseException as error:
+            kept = getattr(error, "__notes__", [])
+            if kept and isinstance(error, Exception):
+                raise RuntimeError("; ".join([str(error), *kept])) from error
+            _say(*kept)
+            raise
+        with open_recording(record) as recording:
+            verdict = metrics.verdict(recording)
+            with suppress(OSError) if signals.pressed else nullcontext():  # a closed terminal
+                result = Run(**asdict(ended), recording=recording)
+                print_summary(console, scenario, result, verdict)
+                console.print(f"Recording: {record}")
+        if meshcat is not None and options.html:
+            publish_recording(meshcat)
+            save_html(meshcat, options.html)
+            console.print(f"Page: {options.html}")
+    if signals.signal not in (None, signal.SIGINT):
+        raise SystemExit(128 + signals.signal)
     if meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
+    return 0 if verdict.good else 1
+
+
+def _keep(journal: Journal, record: Path) -> None:
+    """Make the recording of a journal, and remove it; if that fails the error names it.
+
+    Raises:
+        OSError: the recording cannot be written; the journal is kept.
+    """
+    try:
+        save_journal(journal.path, record)
+    except BaseException as error:
+        error.add_note(f"what was recorded is in {journal.path}")
+        raise
+    journal.remove()
+
+
+def _say_what_is_there(record: Path, journal: Journal) -> None:
+    """Say which recording will be written over, and which journals earlier runs have left."""
+    if record.exists():
+        _say(f"Overwrites: {record}")
+    for left in sorted(record.parent.glob(f"{glob.escape(record.stem)}.*.journal")):
+        _say(
+            f"Left by a run that was cut off: {left} (scara-drake recover makes a recording of it)"
+        )
+
+
+def _say(*lines: str) -> None:
+    for line in lines:
+        Console(stderr=True, soft_wrap=True, highlight=False).print(line, markup=False)
 
 
 def _check_target(path: Path | None, suffix: str) -> None:

@@ -1,55 +1,89 @@
-"""What a run prints of itself at its end."""
+"""What a run prints of itself at its end: its figures, then the verdict."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Final
 
+import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
 from scara_drake import joints, metrics
-from scara_drake.metrics.contact import yielding_joints
+from scara_drake.metrics.links import LINKS
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.run import Run
 
 SETTLING: Final = 1.0  # [s], left out of the tracking figures: the drives take up the weight
 
+Row = tuple[str, str, str]
 
-def print_summary(console: Console, scenario: Scenario, result: Run) -> None:
+
+def print_summary(
+    console: Console, scenario: Scenario, result: Run, verdict: metrics.Verdict
+) -> None:
     """Print a table of how well a run followed its references, and what came of it."""
     recording = result.recording
     settled = recording.sel(time=slice(SETTLING, None))
     if settled.sizes["time"] < 2:
         settled = recording
-    error = metrics.tracking_error(settled)
     table = Table(title=f"{scenario.name}: {result.simulated:.1f} s", title_justify="left")
     table.add_column("after the first second")
     table.add_column("RMS", justify="right")
     table.add_column("largest", justify="right")
-    for joint, rms, peak in zip(
-        joints.JOINT_NAMES,
-        metrics.rmse(error).values,
-        metrics.peak(error).values,
-        strict=True,
-    ):
-        unit = "mm" if joint == "d1" else "mrad"
-        table.add_row(f"{joint} error", f"{1e3 * rms:.3f} {unit}", f"{1e3 * peak:.3f} {unit}")
-    tool = metrics.tool_error(settled)
-    table.add_row(
-        "tool error",
-        f"{1e3 * float(metrics.rmse(tool)):.3f} mm",
-        f"{1e3 * float(metrics.peak(tool)):.3f} mm",
-    )
-    if scenario.environment.surfaces:
-        force = float(metrics.peak(metrics.contact_force(recording)))
-        table.add_row("contact force", "", f"{force:.1f} N")
-        if "saturation" in recording:
-            share = yielding_joints(recording)
-            names = [str(share.joint[i].values) for i in range(share.size) if share[i] > 0.0]
-            table.add_row("joints that yield in contact", "", ", ".join(names) or "none")
+    for rows in (_tracking(settled), _command(settled), _contact(recording), _links(recording)):
+        for row in rows:
+            table.add_row(*row)
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
     if result.interrupted:
         console.print("Stopped early; what was simulated is recorded.")
     if result.late:
         console.print(f"Not in real time: the clock was lost {result.late} times.")
+    for remark in verdict.remarks:
+        console.print(f"Note: {remark}.", highlight=False, soft_wrap=True)
+    console.print(f"Verdict: {verdict}.", highlight=False, soft_wrap=True)
+
+
+def _tracking(settled: xr.Dataset) -> Iterator[Row]:
+    error = metrics.tracking_error(settled)
+    for joint in joints.JOINT_NAMES:
+        unit = "mm" if joint == "d1" else "mrad"
+        yield _error(f"{joint} error", error.sel(joint=joint), unit)
+    yield _error("tool from its reference", metrics.tool_error(settled), "mm")
+
+
+def _command(settled: xr.Dataset) -> Iterator[Row]:
+    for name, delayed in (("delayed command", True), ("command as sent", False)):
+        error = metrics.command_error(settled, delayed)
+        if bool(error.notnull().all()):
+            yield _error(f"tool from the {name}", error, "mm")
+    for name, share in metrics.status_shares(settled).items():
+        yield f"received command {name}", f"{100.0 * share:.1f} %", ""
+
+
+def _contact(recording: xr.Dataset) -> Iterator[Row]:
+    force = metrics.contact_force(recording)
+    if not bool(force.notnull().any()):
+        return
+    yield "contact force", "", f"{float(metrics.peak(force)):.1f} N"
+    if "saturation" in recording:
+        share = metrics.yielding_joints(recording)
+        names = [str(share.joint[i].values) for i in range(share.size) if share[i] > 0.0]
+        yield "joints that yield in contact", "", ", ".join(names) or "none"
+
+
+def _links(recording: xr.Dataset) -> Iterator[Row]:
+    for link in LINKS:
+        found = metrics.traffic(recording, link)
+        if found is not None:
+            yield f"packets {link}, lost of sent", f"{found.lost} of {found.sent}", ""
+            yield f"longest gap {link}", "", f"{1e3 * found.longest_gap:.0f} ms"
+
+
+def _error(name: str, error: xr.DataArray, unit: str) -> Row:
+    return (
+        name,
+        f"{1e3 * float(metrics.rmse(error)):.3f} {unit}",
+        f"{1e3 * float(metrics.peak(error)):.3f} {unit}",
+    )

@@ -63,12 +63,14 @@ class Law:
         rest: is called in place of `update` while the drives are off. It leaves them without an
             effort, and the law where it takes over without a jump.
         rest_initialize: of a start with the drives off, if `rest` does not do for it.
+        limited: `actuation` is within the limits of the drives, so no `EffortLimit` follows.
     """
 
     update: Kernel
     initialize: Kernel | None = None
     rest: Kernel = release
     rest_initialize: Kernel | None = None
+    limited: bool = False
 
 
 class JointController(Block):
@@ -124,3 +126,4 @@ class JointController(Block):
                 rest_initialize=law.rest_initialize,
             )
         )
+        self.limited = law.limited

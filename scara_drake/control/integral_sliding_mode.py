@@ -14,7 +14,7 @@ from scara_drake.common.layout import Layout
 from scara_drake.control.chatter import check_chatter
 from scara_drake.control.controller import JointController, Law, release
 from scara_drake.control.gravity import LINKS, gravity_effort, gravity_parameters
-from scara_drake.control.ismc_law import GAINS, gains_of, ismc_effort, ismc_law, sliding_surface
+from scara_drake.control.ismc_law import GAINS, gains_of, ismc_law, sliding_surface
 
 Array = NDArray[np.float64]
 
@@ -86,14 +86,14 @@ def ismc_initialize(
     actuation: Array,
     saturation: Array,
 ) -> None:
-    """Begin on the sliding surface, z = sigma; both states are of one instant."""
+    """Apply the law on the sliding surface, z = sigma; both states are of one instant."""
     p, m = parameters_of(parameters), integral_of(memory)
-    sliding_surface(state_desired, state, gains_of(p.gains).c, 0.0, m.z)
-    m.v_desired[:] = state_desired[6:]
-    feedforward = np.zeros(6)
+    sigma, feedforward = np.empty(6), np.zeros(6)
+    sliding_surface(state_desired, state, gains_of(p.gains).c, 0.0, sigma)
+    m.z[:], m.v_desired[:] = sigma, state_desired[6:]
     add_feedforward(state_desired, state, parameters, memory, feedforward)
-    ismc_effort(
-        m.z, p.gains, feedforward, m.z,
+    ismc_law(
+        sigma, p.gains, feedforward, m.z,
         sliding_variable, actuation_commanded, actuation, saturation,
     )  # fmt: skip
 
@@ -248,7 +248,8 @@ class IntegralSlidingModeController(JointController):
         feedforward = G(q)                               with gravity_compensation
                     + m_hat (v_d - v_d before) / period  with acceleration_feedforward
 
-    Initial, and while not engaged: z = sigma, hence s = 0; actuation = m_hat k sigma at the start.
+    Initial: the law with z = sigma, hence s = 0 and actuation = m_hat k sigma; u2 acts from there
+    on, so z is advanced over the first period as over any other. While not engaged: z = sigma.
 
     Args:
         gains: checked.
@@ -258,7 +259,7 @@ class IntegralSlidingModeController(JointController):
     def __init__(self, gains: IntegralSlidingMode, period: float = 1e-3) -> None:
         super().__init__(
             period,
-            Law(update=ismc_update, initialize=ismc_initialize, rest=ismc_rest),
+            Law(update=ismc_update, initialize=ismc_initialize, rest=ismc_rest, limited=True),
             parameters={"parameters": gains.parameters(period)},
             memory={
                 "sliding_variable": Memory(6, port=True),

@@ -71,29 +71,6 @@ def sliding_surface(
 
 
 @njit(cache=True)
-def ismc_effort(
-    sigma: Array,
-    gains: Array,
-    feedforward: Array,
-    z: Array,
-    s: Array,
-    tau: Array,
-    tau_limited: Array,
-    saturation: Array,
-) -> None:
-    """Write the effort of one sample; arguments as `ismc_law`, but z is only read."""
-    g = gains_of(gains)
-    outside = np.empty(sigma.size)
-    for i in range(sigma.size):
-        s[i] = sigma[i] - z[i]
-        outside[i] = abs(s[i]) / g.phi[i]
-        u2 = g.k[i] * sigma[i]
-        u1 = g.rho[i] * min(max(s[i] / g.phi[i], -1.0), 1.0)
-        tau[i] = g.m_hat[i] * (u1 + u2) + feedforward[i]
-    limit_effort(tau, g.effort, outside, tau_limited, saturation)
-
-
-@njit(cache=True)
 def ismc_law(
     sigma: Array,
     gains: Array,
@@ -119,8 +96,13 @@ def ismc_law(
         tau_limited: effort within the limits.
         saturation: see `limit_effort`.
     """
-    ismc_effort(sigma, gains, feedforward, z, s, tau, tau_limited, saturation)
     g = gains_of(gains)
+    outside = np.empty(sigma.size)
     for i in range(sigma.size):
+        s[i] = sigma[i] - z[i]
+        outside[i] = abs(s[i]) / g.phi[i]
         u2 = g.k[i] * sigma[i]
+        u1 = g.rho[i] * min(max(s[i] / g.phi[i], -1.0), 1.0)
+        tau[i] = g.m_hat[i] * (u1 + u2) + feedforward[i]
         z[i] = min(max(z[i] - g.period[i] * u2, sigma[i] - g.clamp[i]), sigma[i] + g.clamp[i])
+    limit_effort(tau, g.effort, outside, tau_limited, saturation)

@@ -13,7 +13,6 @@ from scara_drake.control import ismc_law as ismc
 from scara_drake.control.controller import release
 from scara_drake.control.ismc_law import (
     gains_of,
-    ismc_effort,
     ismc_law,
     sliding_surface,
 )
@@ -116,15 +115,16 @@ def observer_begin(
     actuation: Array,
     saturation: Array,
 ) -> None:
-    """Observe, and begin on the sliding surface, z = sigma^; both states are of one instant."""
+    """Observe, and apply the law with z = sigma^, at s^ = 0; both states are of one instant."""
     m = estimates_of(memory)
     n = m.psi.size
     observe(state, gains, actuation, memory)
-    compare(state_desired, gains, 0.0, memory, m.z)
-    feedforward = np.empty(n)
+    sigma, feedforward = np.empty(n), np.empty(n)
+    compare(state_desired, gains, 0.0, memory, sigma)
+    m.z[:] = sigma
     cancel(state_desired, gains, np.zeros(n), memory, feedforward)
-    ismc_effort(
-        m.z, observer_law_gains_of(gains).law, feedforward, m.z,
+    ismc_law(
+        sigma, observer_law_gains_of(gains).law, feedforward, m.z,
         sliding_variable, actuation_commanded, actuation, saturation,
     )  # fmt: skip
 

@@ -142,6 +142,7 @@ class ObserverSlidingModeController(JointController):
                 initialize=kernels.observer_initialize,
                 rest=kernels.observer_rest,
                 rest_initialize=kernels.observer_rest_initialize,
+                limited=True,
             ),
             parameters={"gains": gains.array(period)},
             memory={

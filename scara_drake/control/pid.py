@@ -59,24 +59,6 @@ gains_of = GAINS.reader()
 
 
 @njit(cache=True)
-def pid_effort(
-    error: Array,
-    error_rate: Array,
-    gains: Array,
-    integral: Array,
-    tau: Array,
-    tau_limited: Array,
-    saturation: Array,
-) -> None:
-    """Write the effort of one sample; arguments as `pid_law`, but the integral is only read."""
-    g = gains_of(gains)
-    for i in range(error.size):
-        a = g.kp[i] * error[i] + integral[i] + g.kd[i] * error_rate[i]
-        tau[i] = g.m_hat[i] * a
-    limit_effort(tau, g.effort, np.zeros(error.size), tau_limited, saturation)
-
-
-@njit(cache=True)
 def pid_law(
     error: Array,
     error_rate: Array,
@@ -99,8 +81,11 @@ def pid_law(
         tau_limited: effort within the limits.
         saturation: see `limit_effort`.
     """
-    pid_effort(error, error_rate, gains, integral, tau, tau_limited, saturation)
     g = gains_of(gains)
+    for i in range(error.size):
+        a = g.kp[i] * error[i] + integral[i] + g.kd[i] * error_rate[i]
+        tau[i] = g.m_hat[i] * a
+    limit_effort(tau, g.effort, np.zeros(error.size), tau_limited, saturation)
     for i in range(error.size):
         if saturation[i] == 0.0 or tau[i] * error[i] < 0.0:
             integral[i] += g.period[i] * g.ki[i] * error[i]
@@ -142,11 +127,11 @@ def pid_initialize(
     actuation: Array,
     saturation: Array,
 ) -> None:
-    """Begin without an effort; both states are of one instant."""
+    """Apply the law with the integral of no effort; both states are of one instant."""
     error, error_rate = np.empty(integral.size), np.empty(integral.size)
     tracking_errors(state_desired, state, 0.0, error, error_rate)
     pid_start(error, error_rate, gains, integral)
-    pid_effort(error, error_rate, gains, integral, actuation_commanded, actuation, saturation)
+    pid_law(error, error_rate, gains, integral, actuation_commanded, actuation, saturation)
 
 
 @njit(cache=True)
@@ -260,7 +245,7 @@ class PidController(JointController):
     def __init__(self, gains: Pid, period: float = 1e-3) -> None:
         super().__init__(
             period,
-            Law(update=pid_update, initialize=pid_initialize, rest=pid_rest),
+            Law(update=pid_update, initialize=pid_initialize, rest=pid_rest, limited=True),
             parameters={"gains": gains.array(period)},
             memory={"integral": Memory(6)},
         )

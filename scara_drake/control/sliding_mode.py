@@ -204,6 +204,7 @@ class SlidingModeController(JointController):
                 initialize=smc_initialize,
                 rest=smc_rest,
                 rest_initialize=smc_rest_initialize,
+                limited=True,
             ),
             parameters={"gains": gains.array(period)},
             memory={"sliding_variable": Memory(6, port=True)},

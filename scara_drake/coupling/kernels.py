@@ -14,6 +14,7 @@ number the packet to send, and name what the law reads and writes.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +42,9 @@ class MasterTick(NamedTuple):
         period: [s].
         x: of the device (3,) [m].
         v: of the device (3,) [m/s].
+        way: of the device since the last tick (3,) [m].
+        f_acted: force that the device had over that way (3,) [N].
+        f_acting: force that it has from now to the next tick (3,) [N].
         gains: constants of the kind.
         memory: of the kind.
         newest: payload of the newest packet.
@@ -50,6 +54,9 @@ class MasterTick(NamedTuple):
     period: float
     x: Array
     v: Array
+    way: Array
+    f_acted: Array
+    f_acting: Array
     gains: Array
     memory: Array
     newest: Array
@@ -99,13 +106,18 @@ def master_tick(
     device = motion_of(motion_master)
     newest = own.rest[: packet_from_slave.size]
     receive(packet_from_slave, newest)
-    meter_device(device.x, f_master, end.actuator_limit, own, energy_master)
+    way, f_acted, f_acting = meter_device(
+        device.x, f_master, end.actuator_limit, own, energy_master
+    )
     sent = packet_of(packet_to_slave)
     sent.number[()] += 1.0
     return MasterTick(
         end.period,
         device.x,
         device.v,
+        way,
+        f_acted,
+        f_acting,
         end.gains,
         own.rest[packet_from_slave.size :],
         packet_of(newest).payload,
@@ -167,17 +179,59 @@ def meter(energy: Array, axis: int, work: float) -> None:
 
 
 @njit(cache=True)
-def meter_device(x: Array, f: Array, limit: float, last: MasterMemory, energy: Array) -> None:
+def meter_device(
+    x: Array, f: Array, limit: float, last: MasterMemory, energy: Array
+) -> tuple[Array, Array, Array]:
     """Meter the device's port: it has moved under the force that was commanded two ticks ago.
 
     The force now on the port acts over the period that begins, so the one before it moved the
-    device here. The product is exact, see `master`.
+    device here. The product is exact, see `master`. Return the way [m], the force over it and the
+    force that acts next [N], each (3,).
     """
+    way, f_acted, f_acting = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
-        force = min(max(last.f[i], -limit), limit)
-        meter(energy, i, force * (x[i] - last.x[i]))
+        way[i] = x[i] - last.x[i]
+        f_acted[i] = last.f[i]
+        f_acting[i] = min(max(f[i], -limit), limit)
+        meter(energy, i, f_acted[i] * way[i])
         last.x[i] = x[i]
-        last.f[i] = f[i]
+        last.f[i] = f_acting[i]
+    return way, f_acted, f_acting
+
+
+@njit(cache=True)
+def given_out(f: float, v: float, period: float, ahead: float, turn: float) -> float:
+    """Return the most energy [J] that a force can give out over a period, some periods ahead.
+
+    Args:
+        f: of the device over that period, positive resists [N].
+        v: of the device now [m/s].
+        period: [s].
+        ahead: periods from now to the middle of that one.
+        turn: fastest change of the velocity [m/s²].
+    """
+    along = math.copysign(v, f * v)
+    return abs(f) * max(ahead * period * turn - along, 0.0) * period
+
+
+@njit(cache=True)
+def committed(axis: int, turn: float, s: MasterTick) -> float:
+    """Return the most energy [J] that an axis of the device gives out until the next tick."""
+    return given_out(s.f_acting[axis], s.v[axis], s.period, 0.5, turn)
+
+
+@njit(cache=True)
+def affordable_force(f: float, axis: int, left: float, turn: float, s: MasterTick) -> float:
+    """Return a force [N] of the device, smaller where it could give out more than is left [J].
+
+    A force that is commanded now acts from the next tick to the one after it, when the hand may
+    have turned round. With a velocity that changes by no more than `turn` [m/s²], what the force
+    that acts in the meantime gives out is bounded, and so is what this one does. So no hand of that
+    kind ever takes more than is left.
+    """
+    left = max(left - committed(axis, turn, s), 0.0)
+    most = given_out(f, s.v[axis], s.period, 1.5, turn)
+    return f * left / most if most > left else f
 
 
 @njit(cache=True)

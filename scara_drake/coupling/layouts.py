@@ -83,7 +83,7 @@ class MasterMemory(NamedTuple):
 
     Attributes:
         x: of the device at the last tick (3,) [m].
-        f: that the device had to show at the last tick (3,) [N].
+        f: of the device, within its limit, at the last tick (3,) [N].
         rest: the newest packet, then the memory of the kind.
     """
 

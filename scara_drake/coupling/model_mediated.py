@@ -47,10 +47,11 @@ class Gains(NamedTuple):
 
 
 class Up(NamedTuple):
-    """Payload to the slave: position [m] and velocity [m/s] of the device, each (3,)."""
+    """Payload to the slave: position [m], velocity [m/s] and force [N] of the device, (3,) each."""
 
     x: Array
     v: Array
+    f: Array
 
 
 class Down(NamedTuple):
@@ -82,7 +83,7 @@ class SlaveMemory(NamedTuple):
 
 
 GAINS = Layout(Gains)
-UP, DOWN = Layout(Up, x=3, v=3), Layout(Down, models=(3, MODEL.size))
+UP, DOWN = Layout(Up, x=3, v=3, f=3), Layout(Down, models=(3, MODEL.size))
 MASTER_MEMORY = Layout(MasterMemory, rendered=3)
 SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, v_held=3, fits=(3, FIT.size))
 gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
@@ -112,6 +113,19 @@ def model_master(
         )
         sent.x[i] = s.x[i]
         sent.v[i] = s.v[i]
+        sent.f[i] = f_master[i]
+
+
+@njit(cache=True)
+def press(spring: float, shown: float) -> float:
+    """Return the force [N] on a tool that is touched: the one shown, in its direction.
+
+    The spring to the master adds to it where it pulls back, and takes its place where it is larger.
+    So the tool never presses with more than the larger of both, and never goes further ahead of the
+    master than the shown force bends the spring.
+    """
+    side = math.copysign(1.0, shown)
+    return spring + side * min(max(side * (shown - spring), 0.0), abs(shown))
 
 
 @njit(cache=True)
@@ -138,6 +152,8 @@ def model_slave(
         meter(energy_slave, i, -m.f[i] * v * s.period)
         m.x_d[i] += v * s.period
         f = p.stiffness * (m.x_d[i] - s.x[i])
+        if abs(s.f_env[i]) > p.touch_force:
+            f = press(f, newest.f[i])
         f += p.damping * (v - s.v[i])
         m.f[i] = f
         admit(i, f, s, tool_command)

@@ -4,8 +4,15 @@ Nuno, Basanez and Ortega (Automatica 47, 2011, 485)::
 
     f_m = K_l (x_m - x_s(t - T_r)) + B_l v_m,   f_s = K_r (x_m(t - T_l) - x_s) - B_r v_s
 
-is stable for any passive hand and wall if 4 B_l B_r > (T_l² + T_r²) K_l K_r with the longest
-delays. It needs no model and no energy, and is sluggish: the dampers act in free motion too.
+is stable for any passive hand and wall if ``4 B_l B_r > (T_l + T_r)² K_l K_r``, with the longest
+delays of the links, at any rate of their change. It needs no model and no energy, and is sluggish:
+the dampers act in free motion too.
+
+The condition is what the proof in that paper leaves: its Lyapunov functional falls if there are
+a, c > 0 with 2 B_l / K_l > a + T_l² / c and 2 B_r / K_r > c + T_r² / a. For a given c the first
+bounds a, and the smallest right side of the second is then (T_l + T_r)² K_l / (2 B_l), at
+c = (T_l² + T_l T_r) K_l / (2 B_l). With equal delays nothing is given away: two free masses M,
+M s² + B s + K (1 + e^(-s T)) = 0, have roots to the right just below the bound once M is large.
 """
 
 from dataclasses import dataclass
@@ -48,7 +55,7 @@ gains_of, position_of, slave_memory_of = GAINS.reader(), POSITION.reader(), SLAV
 
 
 def damping_margin(stiffness: float, damping: float, up: float, down: float) -> float:
-    """Return 4 B² / ((T_l² + T_r²) K²), above 1 where the condition holds; infinite at no delay.
+    """Return 4 B² / ((T_l + T_r)² K²), above 1 where the condition holds; infinite at no delay.
 
     Args:
         stiffness: K of both ends [N/m].
@@ -56,7 +63,7 @@ def damping_margin(stiffness: float, damping: float, up: float, down: float) -> 
         up: longest delay to the slave [s].
         down: longest delay to the master [s].
     """
-    demand = (up * up + down * down) * stiffness * stiffness
+    demand = (up + down) ** 2 * stiffness**2
     return np.inf if demand == 0.0 else 4.0 * damping * damping / demand
 
 
@@ -111,6 +118,8 @@ def position_slave(
 @dataclass
 class PositionDamping(Coupling):
     """P+d; both gains are at the tool, and the master has them times the scales.
+
+    The defaults are within the condition for delays of up to 0.6 s there and back.
 
     Attributes:
         stiffness: K of both springs.

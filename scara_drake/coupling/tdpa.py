@@ -31,7 +31,14 @@ from numpy.typing import NDArray
 from scara_drake.common.fields import number
 from scara_drake.common.layout import Layout
 from scara_drake.coupling.ends import Coupling, Exchange
-from scara_drake.coupling.kernels import admit, hold_velocity, master_tick, meter, slave_tick
+from scara_drake.coupling.kernels import (
+    admit,
+    affordable_force,
+    hold_velocity,
+    master_tick,
+    meter,
+    slave_tick,
+)
 from scara_drake.coupling.layouts import meters_of
 
 Array = NDArray[np.float64]
@@ -49,6 +56,7 @@ class Gains(NamedTuple):
     reserve: float
     horizon: float
     guard_speed: float
+    turn: float
     drift_gain: float
     max_speed: float
     fade: float
@@ -110,10 +118,12 @@ def tdpa_master(
         left = max(newest.e_in[i] + p.reserve - energy.e_out[i], 0.0)
         force = newest.f[i]
         # Speed at which the hand may be given way within the horizon.
-        retreat = max(p.guard_speed - math.copysign(1.0, force) * s.v[i], 0.0)
-        if abs(force) * retreat * p.horizon > left:
-            force = math.copysign(left / (retreat * p.horizon), force)
-        f_master[i] = force + p.master_damping * s.v[i]
+        retreat = max(p.guard_speed - math.copysign(s.v[i], force * s.v[i]), 0.0)
+        spent = abs(force) * retreat * p.horizon
+        if spent > left:
+            force *= left / spent
+        force += p.master_damping * s.v[i]
+        f_master[i] = affordable_force(force, i, left, p.turn, s)
         sent.x[i] = s.x[i]
         sent.v[i] = s.v[i]
         sent.e_in[i] = energy.e_in[i]
@@ -171,7 +181,8 @@ class Tdpa(Coupling):
         reserve: E0 of each axis and direction, in the master's units. A larger one shows more
             force at a long delay and leaves a larger drift after the release.
         horizon: time over which the energy that is left may be spent.
-        guard_speed: by which the master's force allows for a hand that turns round.
+        guard_speed: beside that of the hand's retreat, at which it is taken to be spent.
+        turn: fastest change of the device's velocity by the hand, for which the bound holds.
         drift_gain: of the position error.
         max_speed: of the desired position at the device.
         fade_time: time constant of the received velocity while nothing arrives.
@@ -182,7 +193,8 @@ class Tdpa(Coupling):
     master_damping: float = number(15.0, "N s/m", 0.0, 100.0)
     reserve: float = number(0.03, "J", 0.0, 100.0)
     horizon: float = number(0.02, "s", 2e-3, 1.0)
-    guard_speed: float = number(0.02, "m/s", 1e-4, 10.0)
+    guard_speed: float = number(0.02, "m/s", 0.0, 10.0)
+    turn: float = number(200.0, "m/s²", 1.0, 1e5)
     drift_gain: float = number(5.0, "1/s", 0.0, 100.0)
     max_speed: float = number(0.3, "m/s", 1e-3, 10.0)
     fade_time: float = number(0.02, "s", 1e-3, 10.0)
@@ -201,6 +213,7 @@ class Tdpa(Coupling):
             reserve=self.reserve,
             horizon=self.horizon,
             guard_speed=self.guard_speed,
+            turn=self.turn,
             drift_gain=self.drift_gain,
             max_speed=self.max_speed,
             fade=math.exp(-period / self.fade_time),

@@ -26,7 +26,15 @@ from numpy.typing import NDArray
 from scara_drake.common.fields import number
 from scara_drake.common.layout import Layout
 from scara_drake.coupling.ends import Coupling, Exchange
-from scara_drake.coupling.kernels import admit, master_tick, meter, slave_tick
+from scara_drake.coupling.kernels import (
+    admit,
+    affordable_force,
+    committed,
+    master_tick,
+    meter,
+    slave_tick,
+)
+from scara_drake.coupling.layouts import meters_of
 
 Array = NDArray[np.float64]
 
@@ -39,6 +47,8 @@ class Gains(NamedTuple):
     damping: float
     drift_gain: float
     max_speed: float
+    reserve: float
+    turn: float
 
 
 class Up(NamedTuple):
@@ -82,7 +92,7 @@ master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader(
 
 @njit(cache=True)
 def affordable(wave: float, arrived: float, played: float, period: float) -> float:
-    """Return the wave, smaller where its energy over the period is not there [J]."""
+    """Return the wave, smaller where its energy over the period has not arrived [J]."""
     left = max(arrived - played, 0.0)
     if 0.5 * wave * wave * period > left:
         return math.copysign(math.sqrt(2.0 * left / period), wave)
@@ -99,20 +109,25 @@ def wave_master(
     f_master: Array,
     energy_master: Array,
 ) -> None:
-    """One tick at the master."""
+    """One tick at the master; what the last tick of the device was is sent as a wave."""
     s = master_tick(
         motion_master, packet_from_slave, constants, memory, packet_to_slave, f_master,
         energy_master,
     )  # fmt: skip
     m, newest, sent = master_memory_of(s.memory), down_of(s.newest), up_of(s.sent)
-    period, b = s.period, gains_of(s.gains).impedance
+    p, period = gains_of(s.gains), s.period
+    b = p.impedance
+    energy = meters_of(energy_master)
     for i in range(3):
-        w = affordable(newest.wave[i], newest.energy[i], m.played[i], period)
-        m.played[i] += 0.5 * w * w * period
-        f_master[i] = b * s.v[i] - math.sqrt(2.0 * b) * w
-        u = (b * s.v[i] + f_master[i]) / math.sqrt(2.0 * b)
+        left = p.reserve + energy.e_in[i] - energy.e_out[i] + m.played[i] - sent.energy[i]
+        u = (b * s.way[i] / period + s.f_acted[i]) / math.sqrt(2.0 * b)
+        u = affordable(u, left, committed(i, p.turn, s), period)
         sent.wave[i] = u
         sent.energy[i] += 0.5 * u * u * period
+        w = affordable(newest.wave[i], newest.energy[i], m.played[i], period)
+        m.played[i] += 0.5 * w * w * period
+        left += 0.5 * (w * w - u * u) * period
+        f_master[i] = affordable_force(b * s.v[i] - math.sqrt(2.0 * b) * w, i, left, p.turn, s)
         sent.x[i] = s.x[i]
 
 
@@ -165,6 +180,8 @@ class WaveVariables(Coupling):
         damping: B_c beside it.
         drift_gain: of the position error, as far as its energy goes.
         max_speed: of that correction at the device.
+        reserve: E0 of each axis, in the master's units.
+        turn: fastest change of the device's velocity by the hand, for which it is passive.
     """
 
     impedance: float = number(20.0, "N s/m", 0.1, 1e3)
@@ -172,6 +189,8 @@ class WaveVariables(Coupling):
     damping: float = number(40.0, "N s/m", 0.0, 1e4)
     drift_gain: float = number(5.0, "1/s", 0.0, 100.0)
     max_speed: float = number(0.1, "m/s", 1e-3, 10.0)
+    reserve: float = number(0.005, "J", 0.0, 100.0)
+    turn: float = number(200.0, "m/s²", 1.0, 1e5)
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
@@ -186,4 +205,6 @@ class WaveVariables(Coupling):
             damping=scale * self.damping,
             drift_gain=self.drift_gain,
             max_speed=self.max_speed,
+            reserve=self.reserve,
+            turn=self.turn,
         )

@@ -1,6 +1,10 @@
-"""Figures of merit of recordings: tracking and contact here, `bilateral` for a hand that feels."""
+"""Figures of merit of recordings, and the verdict on them; `bilateral` for a hand that feels."""
 
+from scara_drake.metrics.command import command_error, status_shares
 from scara_drake.metrics.contact import yielding_joints
+from scara_drake.metrics.judgement import Verdict, verdict
+from scara_drake.metrics.limits import beyond_range, saturated_share, speed_ratio
+from scara_drake.metrics.links import Traffic, traffic
 from scara_drake.metrics.tracking import (
     Value,
     chatter,
@@ -25,8 +29,12 @@ from scara_drake.metrics.tracking import (
 )
 
 __all__ = [
+    "Traffic",
     "Value",
+    "Verdict",
+    "beyond_range",
     "chatter",
+    "command_error",
     "contact_force",
     "energy",
     "iae",
@@ -39,11 +47,16 @@ __all__ = [
     "percentile95",
     "rise_time",
     "rmse",
+    "saturated_share",
     "settling_time",
+    "speed_ratio",
+    "status_shares",
     "steady_state",
     "tool_error",
     "total_variation",
     "tracking_error",
+    "traffic",
+    "verdict",
     "work",
     "yielding_joints",
 ]

@@ -3,34 +3,62 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake.joints import JOINT_NAMES
+from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 from scara_drake.kinematics import forward_kinematics
-from scara_drake.recordings.signals import SIGNALS
+from scara_drake.recordings.signals import JOINT_QUANTITIES, SIGNALS
 from scara_drake.vectors import STICK_NAMES
 
 Array = NDArray[np.float64]
+TIME: Final = {"units": "s", "long_name": "time since the start of the run"}
+BY_DURATION: Final = "duration"
 Variable = tuple[tuple[str, ...], Array, dict[str, Any]]  # dims, values, attributes
 
 
-def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.Dataset:
+FORMAT_VERSION: Final = 2
+# Times are written as the decimals they are meant to be: 9 ticks of 1 ms are 0.009 s.
+DECIMALS: Final = 9
+
+
+def to_dataset(
+    description: dict[str, Any],
+    times: Array,
+    values: Array,
+    ended_by: str = "",
+    ended_at: float | None = None,
+) -> xr.Dataset:
     """Label samples at times (n,) with values (n, width); see `SIGNALS` for the variables.
 
-    A variable whose signal the Diagram does not have is NaN throughout, or left out.
+    A variable whose signal the Diagram does not have is NaN throughout, or left out; so is what is
+    of each surface where there is none.
+
+    Args:
+        description: what the recorder says of itself.
+        times: [s].
+        values: of the signals, stacked.
+        ended_by: what ended the run; if "", the duration or, before that, whoever stepped it.
+        ended_at: when [s]; the time of the last sample if None.
     """
+    if ended_at is None:
+        ended_at = float(times[-1]) if times.size else 0.0
+    if not ended_by:
+        ended_by = BY_DURATION if ended_at >= description["duration"] - 1e-9 else "its simulator"
     coordinates: dict[str, Any] = {
         "joint": list(JOINT_NAMES),
         "axis": ["x", "y", "z"],
         "stick": list(STICK_NAMES),
         "motor": ["low", "high"],
-        "surface": np.array(description["surfaces"], dtype=str),
     }
+    if description["surfaces"]:
+        coordinates["surface"] = list(description["surfaces"])
     sizes = {dim: len(labels) for dim, labels in coordinates.items()}
+    for name, quantity in JOINT_QUANTITIES.items():
+        coordinates[name] = ("joint", [quantity[unit] for unit in JOINT_UNITS])
     data = _variables(description, sizes, values)
     _add_tool_positions(description, data)
     return xr.Dataset(
@@ -38,13 +66,17 @@ def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.D
             name: (dims, array.copy(), attributes)
             for name, (dims, array, attributes) in data.items()
         },
-        coords={"time": ("time", times.copy(), {"units": "s"}), **coordinates},
+        coords={"time": ("time", np.round(times, DECIMALS), TIME), **coordinates},
         attrs={
             "scenario_name": description["scenario_name"],
             "scenario": description["scenario"],
             "seed": description["seed"],
             "versions": json.dumps(description["versions"]),
-            "conventions": "SI units; W: world, z up; E: tool frame",
+            "ended_by": ended_by,
+            "ended_at": round(ended_at, DECIMALS),
+            "Conventions": "CF-1.11",
+            "format_version": FORMAT_VERSION,
+            "comment": "SI units; W: world, z up; E: tool frame",
         },
     )
 
@@ -54,8 +86,13 @@ def _variables(
 ) -> dict[str, Variable]:
     data: dict[str, Variable] = {}
     for name, signal in SIGNALS.items():
+        if not sizes.keys() >= set(signal.dims):
+            continue
         shape = (len(values), *(sizes[dim] for dim in signal.dims))
-        attributes: dict[str, Any] = {"units": signal.units, "long_name": signal.long_name}
+        attributes: dict[str, Any] = {"long_name": signal.long_name}
+        # The joints have different units: they are in a coordinate, and no library is misled.
+        differ = signal.units in JOINT_QUANTITIES
+        attributes["units_in" if differ else "units"] = signal.units
         if signal.source in description["columns"]:
             start = description["columns"][signal.source][0] + signal.column
             width = int(np.prod(shape[1:]))

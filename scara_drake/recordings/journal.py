@@ -1,50 +1,116 @@
 """The journal of a run: an append-only file of blocks, readable up to the last whole block.
 
 NetCDF (HDF5) files that are cut at any byte are lost; a run therefore writes this journal while it
-goes, flushed after each block, and the NetCDF file is made from it at the end.
+goes, and the NetCDF file is made from it at the end.
+
+The file is a line that names the format, and blocks. A block is its kind (4 bytes), the length of
+its content (8 bytes), a CRC-32 (4 bytes), all little-endian, and the content. The checksum covers
+kind, length, content and the checksum before it: so no byte can change and no block can go, come or
+move without being noticed.
+
+| kind | content |
+|---|---|
+| HEAD | JSON: the number of values of a sample, and what the run says of itself |
+| DATA | times (n,) and values (n, width) as 8-byte floats |
+| DONE | JSON: what ended the run, and when |
 """
 
 from __future__ import annotations
 
 import json
+import os
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from struct import Struct, error
 from types import TracebackType
-from typing import Any
+from typing import Any, BinaryIO, Final
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
+
+from scara_drake.common.claimed_file import claim
 
 Array = NDArray[np.float64]
 
-_METADATA_KEY = b"scara_drake"
+MAGIC: Final = b"scara_drake journal 2\n"
+FRAME: Final = Struct("<4sQI")  # kind, length, checksum
+HEAD, DATA, DONE = b"HEAD", b"DATA", b"DONE"
+AT_ONCE: Final = 4096  # samples
+CUT_OFF: Final = "cut off"  # what ended a run whose journal does not say it
 
 
 class Journal:
-    """Writes blocks of samples, each sample one time and `width` values (Arrow stream format)."""
+    """Writes blocks of samples, each sample one time and `width` values.
 
-    def __init__(self, path: str | Path, metadata: dict[str, Any], width: int):
+    Nobody else can write the file until it is closed. One without samples is removed then.
+
+    Attributes:
+        path: of the file.
+        left_behind: new name of a journal that was there already, or None.
+        has_samples: whether any have been written.
+    """
+
+    def __init__(self, path: str | Path):
+        """Create the file.
+
+        Raises:
+            ValueError: another run is writing it.
+            OSError: the folder cannot be written.
+        """
+        self.path = Path(path)
+        self._file, self.left_behind = claim(self.path)
+        self._checksum = 0
+        self._width = 0
+        self.has_samples = False
+
+    def begin(self, description: dict[str, Any], width: int) -> None:
+        """Write what the run says of itself; samples have `width` values."""
         self._width = width
-        self._schema = pa.schema(
-            [("time", pa.float64()), ("values", pa.list_(pa.float64(), width))],
-            metadata={_METADATA_KEY: json.dumps(metadata).encode()},
-        )
-        self._file = open(path, "wb")  # noqa: SIM115 - `close` closes it
-        self._writer = pa.ipc.new_stream(self._file, self._schema)
+        head = {"width": width, "description": description}
+        self._write(HEAD, json.dumps(head).encode(), MAGIC)
 
     def append(self, times: Array, values: Array) -> None:
-        """Append samples at times (n,) with values (n, width), and flush them to the file."""
-        if times.size == 0:
-            return
-        flat = pa.array(np.ascontiguousarray(values, dtype=np.float64).ravel())
-        columns = [pa.array(times), pa.FixedSizeListArray.from_arrays(flat, self._width)]
-        self._writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=self._schema))
-        self._file.flush()
+        """Append samples at times (n,) with values (n, width).
+
+        Raises:
+            OSError: it cannot be written; the file ends with the block before.
+        """
+        if times.size:
+            if values.shape != (times.size, self._width):
+                raise ValueError(f"values: shape {values.shape}, allowed (n, {self._width})")
+            self._write(DATA, b"".join(np.asarray(a, "<f8").tobytes() for a in (times, values)))
+            self.has_samples = True
+
+    def end(self, by: str, at: float) -> None:
+        """Write what ended the run, and when [s]."""
+        self._write(DONE, json.dumps({"by": by, "at": at}).encode())
+
+    def remove(self) -> None:
+        """Remove the file: its samples are elsewhere now."""
+        self.has_samples = False
+        self.close()
 
     def close(self) -> None:
-        """End the stream and close the file."""
-        self._writer.close()
+        """Let others have the file; remove it if it has no samples."""
+        if not self.has_samples and not self._file.closed:
+            self.path.unlink(missing_ok=True)
         self._file.close()
+
+    def _write(self, kind: bytes, content: bytes, before: bytes = b"") -> None:
+        checksum = _checksum(kind, content, self._checksum)
+        block = before + FRAME.pack(kind, len(content), checksum) + content
+        start = self._file.tell()
+        rest = memoryview(block)
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except OSError:
+            self._file.truncate(start)
+            self._file.seek(start)
+            raise
+        self._checksum = checksum
 
     def __enter__(self) -> Journal:
         return self
@@ -58,24 +124,131 @@ class Journal:
         self.close()
 
 
-def read_journal(path: str | Path) -> tuple[dict[str, Any], Array, Array]:
-    """Return the metadata, times (n,) and values (n, width) of all whole blocks of a journal.
+@dataclass(frozen=True)
+class Contents:
+    """What a journal holds, all of it checked.
+
+    Attributes:
+        path: of the file.
+        description: what the run says of itself.
+        width: number of values of a sample.
+        blocks: where the samples of each block are in the file, and how many there are.
+        ended_by: what ended the run; `CUT_OFF` if the journal does not say it.
+        ended_at: when [s]; the time of the last sample if the journal does not say it.
+        lost: bytes after the last whole block.
+    """
+
+    path: Path
+    description: dict[str, Any]
+    width: int
+    blocks: tuple[tuple[int, int], ...]
+    ended_by: str
+    ended_at: float
+    lost: int
+
+    @property
+    def samples(self) -> int:
+        """How many samples there are."""
+        return sum(count for _, count in self.blocks)
+
+    def read(self, at_once: int) -> Iterator[tuple[Array, Array]]:
+        """Yield the samples in pieces of `at_once`: times (n,), values (n, width)."""
+        times, values, count = [np.empty(0)], [np.empty((0, self.width))], 0
+        with open(self.path, "rb") as file:
+            for start, size in self.blocks:
+                file.seek(start)
+                numbers = np.fromfile(file, "<f8", size * (1 + self.width))
+                times.append(numbers[:size])
+                values.append(numbers[size:].reshape(size, self.width))
+                count += size
+                while count >= at_once:
+                    whole, stacked = np.concatenate(times), np.concatenate(values)
+                    yield whole[:at_once], stacked[:at_once]
+                    times, values, count = [whole[at_once:]], [stacked[at_once:]], count - at_once
+        if count:
+            yield np.concatenate(times), np.concatenate(values)
+
+
+def read_journal(path: str | Path) -> tuple[Contents, Array, Array]:
+    """Return what a journal holds, and its samples: times (n,) and values (n, width).
 
     Raises:
-        ValueError: the file is not a journal.
+        ValueError: as `survey`.
     """
+    contents = survey(path)
+    times, values = np.empty(contents.samples), np.empty((contents.samples, contents.width))
+    start = 0
+    for some_times, some_values in contents.read(AT_ONCE):
+        end = start + some_times.size
+        times[start:end], values[start:end] = some_times, some_values
+        start = end
+    return contents, times, values
+
+
+def is_journal(path: str | Path) -> bool:
+    """Whether a file begins as a journal does."""
+    with open(path, "rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
+def survey(path: str | Path) -> Contents:
+    """Check every block of a journal; what follows a damaged one is lost.
+
+    Raises:
+        ValueError: the file is not a journal, or its head is damaged.
+    """
+    refusal = ValueError(f"journal: '{path}', allowed a journal written by a run, its head whole")
+    blocks: list[tuple[int, int]] = []
+    head: dict[str, Any] = {}
+    done: dict[str, Any] = {"by": CUT_OFF, "at": 0.0}
     try:
-        stream = pa.ipc.open_stream(pa.memory_map(str(path)))
-        metadata = json.loads(stream.schema.metadata[_METADATA_KEY])
-        width = stream.schema.field("values").type.list_size
-    except (pa.ArrowInvalid, KeyError, TypeError, OSError):
-        raise ValueError(f"journal: '{path}', allowed a journal written by a run") from None
-    times, values = [np.empty(0)], [np.empty((0, width))]
+        with open(path, "rb") as file:
+            whole = len(MAGIC)
+            if file.read(whole) != MAGIC:
+                raise refusal
+            for kind, content in _whole_blocks(file):
+                if kind == HEAD:
+                    head = json.loads(content)
+                elif kind == DATA:
+                    count = len(content) // (8 * (1 + head["width"]))
+                    blocks.append((file.tell() - len(content), count))
+                    done["at"] = float(np.frombuffer(content, "<f8", count)[-1])
+                else:
+                    done = json.loads(content)
+                whole = file.tell()
+            lost = os.fstat(file.fileno()).st_size - whole
+    except OSError:
+        raise refusal from None
+    if not head:
+        raise refusal
+    return Contents(
+        path=Path(path),
+        description=head["description"],
+        width=head["width"],
+        blocks=tuple(blocks),
+        ended_by=done["by"],
+        ended_at=done["at"],
+        lost=lost,
+    )
+
+
+def _whole_blocks(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
+    """Yield kind and content of block after block, up to the first that is damaged."""
+    before = 0
+    size = os.fstat(file.fileno()).st_size
     while True:
         try:
-            batch = stream.read_next_batch()
-        except (StopIteration, pa.ArrowInvalid, OSError):
-            break  # the end, or a block that was being written when the run was cut off
-        times.append(batch.column("time").to_numpy())
-        values.append(batch.column("values").flatten().to_numpy().reshape(-1, width))
-    return metadata, np.concatenate(times), np.concatenate(values)
+            kind, length, checksum = FRAME.unpack(file.read(FRAME.size))
+        except error:
+            return
+        if length > size - file.tell():
+            return
+        content = file.read(length)
+        if _checksum(kind, content, before) != checksum:
+            return
+        before = checksum
+        yield kind, content
+
+
+def _checksum(kind: bytes, content: bytes, before: int) -> int:
+    return zlib.crc32(content, zlib.crc32(FRAME.pack(kind, len(content), before)))

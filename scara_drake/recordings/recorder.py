@@ -32,12 +32,14 @@ class Origin:
         scenario: its YAML text.
         seed: of its random draws.
         surfaces: names of the surfaces that the tool may touch.
+        duration: [s], of a whole run.
     """
 
     scenario_name: str
     scenario: str
     seed: int
     surfaces: tuple[str, ...] = ()
+    duration: float = 0.0
 
 
 class SignalBundle(Multiplexer):

@@ -16,7 +16,7 @@ class Signal:
         source: the logged signal it is in; empty where it is worked out from others.
         column: of its first entry there.
         dims: beside the time.
-        units: of SI.
+        units: of SI; or, where the joints have different ones, which of `JOINT_QUANTITIES` it is.
         long_name: what it is.
         always: whether it is there, as NaN, where the Diagram does not have its signal.
     """
@@ -29,8 +29,15 @@ class Signal:
     always: bool = True
 
 
-_POSITIONS, _RATES = "m for d1, rad for the others", "m/s for d1, rad/s for the others"
-_EFFORTS = "N for d1, N m for the others"
+_POSITIONS, _RATES = "joint_units", "joint_rate_units"
+_EFFORTS, _ACCELERATIONS = "joint_effort_units", "joint_acceleration_units"
+# Coordinates that hold the unit of each joint, by the unit of its position.
+JOINT_QUANTITIES: Final[dict[str, dict[str, str]]] = {
+    _POSITIONS: {"m": "m", "rad": "rad"},
+    _RATES: {"m": "m/s", "rad": "rad/s"},
+    _ACCELERATIONS: {"m": "m/s^2", "rad": "rad/s^2"},
+    _EFFORTS: {"m": "N", "rad": "N m"},
+}
 _JOINT, _AXIS = ("joint",), ("axis",)
 SIGNALS: Final[dict[str, Signal]] = {
     "q_measured": Signal("state", 0, _JOINT, _POSITIONS, "joint positions of the plant"),
@@ -78,6 +85,17 @@ SIGNALS: Final[dict[str, Signal]] = {
     ),
     "age_up": Signal("age_up", 0, (), "s", "age of the command in use", False),
     "age_down": Signal("age_down", 0, (), "s", "age of the force in use", False),
+    "command_watch": Signal(
+        "command_watch", 0, (), "1", "0 command passes, 1 lost, 2 waits or catches up", False
+    ),
+    "packets_sent_up": Signal("packets_sent_up", 0, (), "1", "packets sent up so far", False),
+    "packets_lost_up": Signal(
+        "packets_lost_up", 0, (), "1", "packets sent up that never arrive", False
+    ),
+    "packets_sent_down": Signal("packets_sent_down", 0, (), "1", "packets sent down so far", False),
+    "packets_lost_down": Signal(
+        "packets_lost_down", 0, (), "1", "packets sent down that never arrive", False
+    ),
     "saturation": Signal(
         "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
     ),
@@ -91,7 +109,7 @@ SIGNALS: Final[dict[str, Signal]] = {
         "perturbation_estimate",
         0,
         _JOINT,
-        "m/s^2 for d1, rad/s^2 for the others",
+        _ACCELERATIONS,
         "perturbation seen by the observer",
         False,
     ),

@@ -1,6 +1,7 @@
 """Play a recording where Drake has no wheel, as on Windows: meshcat-python draws, numpy moves.
 
-    python -m scara_drake.replay runs/teleoperation.nc [--speed 2] [--html page.html]
+    scara-drake replay runs/teleoperation.nc [--speed 2] [--html page.html]
+    python -m scara_drake.replay runs/teleoperation.nc
 
 Needs the extra ``replay``. The robot is that of models/scara6.urdf, the surfaces are those of the
 scenario kept in the recording. The poses of all frames are worked out at once, then shown one after
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import io
 import math
+import signal
 import sys
 import time
 import webbrowser
@@ -25,40 +27,56 @@ import meshcat
 import numpy as np
 
 from scara_drake.common.files import write_whole
+from scara_drake.replay import server
+from scara_drake.replay.arguments import LOOPBACK, add_arguments
 from scara_drake.replay.page import animation_of
 from scara_drake.replay.recording import load
 from scara_drake.replay.scene import Poses, draw
 
 
 @contextmanager
-def _scene(path: str | Path, speed: float, fps: float) -> Iterator[tuple[Any, Poses]]:
+def _scene(
+    path: str | Path, speed: float, fps: float, host: str = LOOPBACK, port: int | None = None
+) -> Iterator[tuple[Any, Poses]]:
     """Draw a recording in a Meshcat whose server process ends with the context."""
     for name, value in (("speed", speed), ("fps", fps)):
         if not 0.0 < value < math.inf:
             raise ValueError(f"{name}: {value}, allowed more than 0")
     data, blocks = load(path)
     # In a thread that is waited for: an interrupt cannot lose the process while it starts.
-    with ThreadPoolExecutor(1) as pool, redirect_stdout(io.StringIO()):
-        viewer = pool.submit(meshcat.Visualizer).result()
+    with ThreadPoolExecutor(1) as pool:
+        process, url = pool.submit(server.start, host, port).result()
     try:
-        yield viewer, draw(viewer, data, blocks, speed / fps)
+        with redirect_stdout(io.StringIO()):
+            viewer = meshcat.Visualizer(url)
+        try:
+            yield viewer, draw(viewer, data, blocks, speed / fps)
+        finally:
+            viewer.window.zmq_socket.close(linger=0)
     finally:
-        viewer.window.zmq_socket.close(linger=0)
-        viewer.window.server_proc.kill()
-        viewer.window.server_proc.communicate()
+        process.kill()
+        process.communicate()
 
 
 def replay(
-    path: str | Path, speed: float = 1.0, fps: float = 30, open_browser: bool = False
+    path: str | Path,
+    speed: float = 1.0,
+    fps: float = 30,
+    open_browser: bool = False,
+    host: str = LOOPBACK,
+    port: int | None = None,
 ) -> None:
     """Play a recording once, `speed` times as fast as it was; print the address of the scene.
 
-    At most `fps` pictures each second. With `open_browser` it starts when the browser is there.
+    At most `fps` pictures each second. With `open_browser` it starts when the browser is there. The
+    scene is on the first free port from 7000 on, or on `port`; whoever reaches `host` can change
+    what it shows, which is nobody but this machine's users unless another address is given.
 
     Raises:
         ValueError: no such recording, or a number that is not above 0.
+        OSError: the scene cannot be where it is wanted.
     """
-    with _scene(path, speed, fps) as (viewer, poses):
+    with _scene(path, speed, fps, host, port) as (viewer, poses):
         sys.stdout.write(f"Scene: {viewer.url()}\n")
         sys.stdout.flush()
         if open_browser and webbrowser.open(viewer.url()):
@@ -90,20 +108,32 @@ def animation_page(path: str | Path, html: str | Path, speed: float = 1.0, fps: 
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit status: 0, or 2 for bad input."""
+    """Run the command line; return the exit status, see `play`."""
     parser = argparse.ArgumentParser(
         prog="python -m scara_drake.replay", description=(__doc__ or "").partition("\n")[0]
     )
-    parser.add_argument("recording", type=Path, metavar="FILE.nc")
-    parser.add_argument("--speed", type=float, default=1.0, help="2 plays twice as fast")
-    parser.add_argument("--html", type=Path, metavar="FILE.html", help="write a page instead")
-    parser.add_argument("--open", action="store_true", help="open a browser and wait for it")
-    options = parser.parse_args(arguments)
+    add_arguments(parser)
+    return play(parser.parse_args(arguments))
+
+
+def play(options: argparse.Namespace) -> int:
+    """Play as the options say; return the exit status: 0, 2 for bad input, 128 + n for a signal."""
+    for name in ("SIGTERM", "SIGHUP"):  # so that the server is ended as well
+        if number := getattr(signal, name, None):
+            signal.signal(number, lambda number, frame: sys.exit(128 + number))
     try:
+        if options.port is not None and not 0 < options.port < 2**16:
+            raise ValueError(f"port: {options.port}, allowed 1 to 65535")
         if options.html:
             animation_page(options.recording, options.html, options.speed)
         else:
-            replay(options.recording, options.speed, open_browser=options.open)
+            replay(
+                options.recording,
+                options.speed,
+                open_browser=options.open,
+                host=options.host,
+                port=options.port,
+            )
     except (ValueError, OSError) as error:
         sys.stderr.write(f"replay: {error}\n")
         return 2

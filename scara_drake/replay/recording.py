@@ -7,16 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-import yaml
 from meshcat.transformations import rotation_matrix
 from numpy.typing import NDArray
 
 from scara_drake.joints import JOINT_NAMES
+from scara_drake.recordings.files import UNREADABLE, open_recording
+from scara_drake.recordings.surfaces import KIND, facing, surfaces_of
 
 Array = NDArray[np.float64]
 
 _SIGNALS = ["q_measured", "q_desired", "p_WE_desired", "f_env_on_tool_W"]
-_TAG, _KINDS = "_tag", ("Wall", "Box", "Cylinder")
+YEAR = 3.2e7  # [s]: no run is longer, and none could be drawn
+_KINDS = ("Wall", "Box", "Cylinder")
 _SIZES = ("size", "thickness", "radius", "length")
 _NUMBERS = {"point", "normal", "direction", "centre", "rpy", *_SIZES}
 
@@ -35,23 +37,14 @@ class Block(NamedTuple):
     framed: bool = False
 
 
-class _Untagged(yaml.SafeLoader):
-    """Reads a mapping with a tag, such as ``!Joystick``, as one with the tag as an entry."""
-
-
-_Untagged.add_multi_constructor(
-    "!", lambda loader, tag, node: {_TAG: tag} | loader.construct_mapping(node, True)
-)
-
-
 def read_surfaces(scenario: str) -> list[Block]:
     """Read the walls, boxes and cylinders of a scenario's YAML text, where they are at rest.
 
     Of other kinds, such as a surface of the user's own, the text does not say the shape.
     """
     blocks = []
-    for data in yaml.load(scenario, _Untagged)["environment"]["surfaces"]:
-        if data.get(_TAG, _KINDS[0]) not in _KINDS:
+    for data in surfaces_of(scenario):
+        if data[KIND] not in _KINDS:
             continue
         # YAML takes 1e-05 for a text; numpy takes it for the number it is.
         read = {key: np.array(data[key], dtype=np.float64) for key in _NUMBERS & data.keys()}
@@ -69,27 +62,25 @@ def read_surfaces(scenario: str) -> list[Block]:
     return blocks
 
 
-def facing(direction: Array) -> Array:
-    """Rotation (3, 3) whose z is a direction (3,); y is up, or the world's y if z is upright."""
-    z = direction / np.linalg.norm(direction)
-    x = np.cross([0.0, 1.0, 0.0] if abs(z[2]) > 0.99 else [0.0, 0.0, 1.0], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
-
-
 def load(path: str | Path) -> tuple[xr.Dataset, list[Block]]:
     """Read of a recording what is shown: joints, desired tool, force; and the surfaces.
 
     Raises:
-        ValueError: no such file, or not a recording.
+        ValueError: no such file, not a recording, or one that is damaged.
     """
-    if not Path(path).is_file():
-        raise ValueError(f"recording: '{path}', allowed a file that exists")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            data = file[_SIGNALS].sel(joint=list(JOINT_NAMES)).load()
-        if data.time.size == 0 or not np.isfinite(data.q_measured).all():
-            raise ValueError("no positions")
-        return data, read_surfaces(data.attrs["scenario"])
-    except (OSError, ValueError, LookupError, TypeError, yaml.YAMLError):
-        raise ValueError(f"recording: '{path}', allowed NetCDF written by a run") from None
+    refusal = ValueError(f"recording: '{path}', allowed NetCDF written by a run")
+    with open_recording(path) as recording:
+        try:
+            data = recording[_SIGNALS].sel(joint=list(JOINT_NAMES)).load()
+            blocks = read_surfaces(data.attrs["scenario"])
+        except UNREADABLE:
+            raise refusal from None
+    times = data.time.values
+    if times.size == 0 or not np.isfinite(data.q_measured).all() or not _is_a_clock(times):
+        raise refusal
+    return data, blocks
+
+
+def _is_a_clock(times: Array) -> bool:
+    """Whether times rise, and are those of a run: not below 0, nor above a year."""
+    return bool(times[0] >= 0.0 and times[-1] <= YEAR and (np.diff(times) > 0.0).all())

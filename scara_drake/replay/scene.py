@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from scara_drake.common.resources import resource
 from scara_drake.display import look
 from scara_drake.joints import JOINT_NAMES
-from scara_drake.replay.recording import Block, facing
+from scara_drake.recordings.surfaces import facing
+from scara_drake.replay.recording import Block
 from scara_drake.replay.urdf import link_poses, read_visuals
 
 Array = NDArray[np.float64]

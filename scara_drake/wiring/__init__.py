@@ -25,8 +25,13 @@ def outputs(system: System) -> Iterator[tuple[str, OutputPort]]:
 
 
 def link_signals(link: System, direction: str) -> Signals:
-    """Return what a link tells about itself: its delay, and of packets the age of information."""
-    names = {"delay": f"delay_{direction}", "age_of_information": f"age_{direction}"}
+    """Return what a link tells about itself: its delay; of packets also their age and count."""
+    names = {
+        "delay": f"delay_{direction}",
+        "age_of_information": f"age_{direction}",
+        "packets_sent": f"packets_sent_{direction}",
+        "packets_lost": f"packets_lost_{direction}",
+    }
     return {names[name]: port for name, port in outputs(link) if name in names}
 
 

@@ -2,7 +2,7 @@
 
 ::
 
-    state_desired -> (reference_delay) -> (governor) -> controller -> (delay, lag) -> plant
+    state_desired -> (reference_delay) -> (governor) -> controller -> (limit, delay, lag) -> plant
     state -> (encoder) -> (measurement_delay) -----------------^  (friction, perturbation) --^
 """
 
@@ -17,6 +17,8 @@ from pydrake.systems.primitives import Adder
 
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.contact_estimate import ContactForceEstimator
+from scara_drake.control.contract import make_controller
+from scara_drake.control.effort_limit import EffortLimit
 from scara_drake.wiring import Signals, chain, connect_by_name, outputs, plant_of
 from scara_drake.wiring.operators import first_reference
 
@@ -31,8 +33,11 @@ def add_control(
 ) -> Signals:
     """Add the controller, what it measures with, and what its references pass through."""
     period = scenario.time_step
-    controller = builder.AddNamedSystem("controller", scenario.controller.make_system(period))
+    system = make_controller(scenario.controller, period)
+    controller = builder.AddNamedSystem("controller", system)
     made = dict(outputs(controller))
+    if not getattr(controller, "limited", False):
+        made |= _limited(builder, made)
     state = _measured(builder, scenario, q_start, signals)
     desired = signals["state_desired"]
     delays = scenario.process_delay
@@ -52,6 +57,18 @@ def add_control(
         estimator = builder.AddNamedSystem("contact_estimate", ContactForceEstimator())
         made |= connect_by_name(builder, estimator, {**made, "state": state})
     return signals | made
+
+
+def _limited(builder: DiagramBuilder, made: Signals) -> Signals:
+    """Lead the effort of a controller through the limits of the drives, and keep what it asks for.
+
+    Every other part then sees, and the recording has, the effort that acts.
+    """
+    limit = builder.AddNamedSystem("effort_limit", EffortLimit("controller"))
+    made = {"actuation_commanded": made["actuation"], **made}
+    builder.Connect(made["actuation"], limit.GetInputPort("actuation_asked"))
+    builder.Connect(made["actuation_commanded"], limit.GetInputPort("actuation_commanded"))
+    return made | dict(outputs(limit))
 
 
 def _measured(

@@ -2,7 +2,7 @@
 
 ::
 
-    joystick -> mapping -> uplink -> inverse_kinematics -> (controller)
+    joystick -> mapping -> uplink -> (watch) -> inverse_kinematics -> (controller)
         ^
         '--- haptics <- downlink <- (contact)
 """
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, System
 
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.haptics import HapticOutput
@@ -49,17 +49,36 @@ def add_joystick(
     )
     builder.Connect(joystick.get_output_port(), mapping.get_input_port())
     builder.Connect(mapping.get_output_port(), uplink.get_input_port())
-    builder.Connect(uplink.GetOutputPort("signal_received"), kinematics.get_input_port())
+    received = uplink.GetOutputPort("signal_received")
+    watched = _add_watch(builder, scenario, uplink)
+    builder.Connect(watched.get("tool_command_watched", received), kinematics.get_input_port())
     made = {
+        **watched,
         **dict(outputs(joystick)),
         **dict(outputs(mapping)),
         **dict(outputs(kinematics)),
-        "tool_command_received": uplink.GetOutputPort("signal_received"),
+        "tool_command_received": received,
         **link_signals(uplink, "up"),
     }
     if "f_env_on_tool_W" in signals:
         made |= _add_force(builder, scenario, signals, device)
     return signals | made
+
+
+def _add_watch(builder: DiagramBuilder, scenario: Scenario, uplink: System) -> Signals:
+    """Watch over the command where the scenario asks for it; return what it shows."""
+    config = scenario.channel.watch
+    if config is None:
+        return {}
+    first = scenario.operator.first_command()  # type: ignore[union-attr]  # of a joystick
+    watch = builder.AddNamedSystem("watch", config.make_system(first, scenario.time_step))
+    for port, name in (
+        ("signal_received", "tool_command"),
+        ("age_of_information", "age"),
+        ("delay", "delay"),
+    ):
+        builder.Connect(uplink.GetOutputPort(port), watch.GetInputPort(name))
+    return dict(outputs(watch))
 
 
 def _add_force(

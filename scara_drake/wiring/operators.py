@@ -103,6 +103,8 @@ def _no_device(scenario: Scenario) -> None:
 
 def _check_master(scenario: Scenario) -> None:
     _no_device(scenario)
+    if scenario.channel.watch is not None:
+        raise ValueError("channel.watch: set, allowed with a Joystick only")
     if scenario.governor is not None:
         raise ValueError(
             "governor: set, allowed without a Master only: its coupling has to see every limit of "

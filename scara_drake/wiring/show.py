@@ -28,7 +28,8 @@ def add_export(
 ) -> Signals:
     """Record the signals that have a name in a recording, and export all of them."""
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
-    origin = Origin(scenario.name, dump_scenario(scenario), scenario.seed, surfaces)
+    text, duration = dump_scenario(scenario), scenario.duration
+    origin = Origin(scenario.name, text, scenario.seed, surfaces, duration)
     periodic = periods(signals)
     add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
     for name, port in signals.items():

@@ -17,8 +17,9 @@ from scara_drake.experiments.inverse_kinematics.paths import METHODS, follow
 from scara_drake.experiments.quantity import quantity
 from scara_drake.ik.result import ROTATION_TOLERANCE
 
-# The three that the paper compares.
+# The three that the paper compares; the position rows by themselves are shown beside its IJ.
 COMPARED = ("IJ", "DPSO", "literal DPSOIJ")
+OUR_ROWS = "IJ, position rows"
 DEFAULT = "The same for our default, with all rows in place of (26)"
 PAPER_POSITION = quantity(5.0, "mm", bound="below")
 PAPER_ROTATION = quantity(0.0175, "rad", bound="below")
@@ -40,10 +41,10 @@ def claims(data: xr.Dataset) -> list[Claim]:
     """Judge Figures 10 and 11; see `paths.follow` for the data."""
     rotation = data.rotation_error
     return [
-        _position(data.position_error.sel(solver=list(COMPARED))),
-        _beyond(rotation.sel(solver="IJ")),
-        _kept(rotation.sel(solver="IJ")),
-        _first_point(rotation.sel(solver="IJ, all rows")),
+        _position(1e3 * data.position_error.max(["path", "point"])),
+        _beyond(rotation.sel(solver="IJ"), rotation.sel(solver=OUR_ROWS)),
+        _kept(rotation.sel(solver="IJ"), rotation.sel(solver=OUR_ROWS)),
+        _first_point(rotation.sel(solver="IJ")),
         *(
             _orientation(rotation.sel(solver=name), statement, source)
             for name, statement, source in (
@@ -55,51 +56,60 @@ def claims(data: xr.Dataset) -> list[Claim]:
     ]
 
 
-def _position(error: xr.DataArray) -> Claim:
-    top = 1e3 * error.max(["path", "point"])
+def _position(top: xr.DataArray) -> Claim:
     largest = quantity({name: float(top.sel(solver=name)) for name in COMPARED}, "mm")
     return Claim(
         "All three methods keep the position within 5 mm",
         PAPER_POSITION,
-        largest,
+        (largest, quantity(top.sel(solver=OUR_ROWS), "mm", f"{OUR_ROWS}, ours")),
         Criterion(
             "every point of every path (in kind: within twice that)",
             at_most(largest),
             at_most(largest, 2.0),
         ),
-        "Swarms end at this tolerance, and the Jacobian goes on to the exact position.",
+        "IJ solves position and orientation together, (1) to (11), and where it does not meet both "
+        "it gives up some of the position; the three position rows go on to the exact one.",
     )
 
 
-def _beyond(error: xr.DataArray) -> Claim:
+def _beyond(error: xr.DataArray, ours: xr.DataArray) -> Claim:
     points = quantity(error, "rad", "all points")
+    share = 100 * float((error > ROTATION_TOLERANCE).mean())
     return Claim(
         "IJ stays beyond 0.0175 rad throughout",
         quantity(PAPER_ROTATION.values, "rad", bound="beyond"),
-        points,
+        (
+            points,
+            quantity(share, "%", "of the points beyond"),
+            quantity(ours, "rad", f"{OUR_ROWS}, ours"),
+        ),
         Criterion(
             "every point of every path (in kind: 90 % of them), begun at home",
             at_least(points),
             at_least(points, share=0.9),
         ),
-        "The first point is reached from home with whatever orientation the position rows leave.",
+        "The arm can follow these paths exactly, and where the iterations come upon a path from "
+        "home, all rows follow it; the position rows leave whatever orientation they end with.",
     )
 
 
-def _kept(error: xr.DataArray) -> Claim:
-    drift = quantity(abs(error - error.isel(point=0)).max("point"), "rad", "change")
+def _kept(error: xr.DataArray, ours: xr.DataArray) -> Claim:
+    drift, other = (
+        quantity(abs(e - e.isel(point=0)).max("point"), "rad", label)
+        for e, label in ((error, "change"), (ours, f"{OUR_ROWS}, ours"))
+    )
     return Claim(
         "IJ keeps the orientation error of its first point",
         PAPER_BAND,
-        drift,
+        (drift, other),
         Criterion(
             "within the paper's band of the first point on every path (in kind: "
             f"{ROTATION_TOLERANCE} rad)",
             at_most(drift),
             max(drift.values) <= ROTATION_TOLERANCE,
         ),
-        "The position rows (26) leave the orientation free, so it drifts; it stays only where the "
-        "path happens to ask for no turn.",
+        "A path that is met stays met. One that is not asks for another compromise at each point; "
+        "and the position rows leave the orientation free, so it drifts.",
     )
 
 

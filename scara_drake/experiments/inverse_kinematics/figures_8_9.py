@@ -22,58 +22,66 @@ from scara_drake.recordings.labels import labelled
 
 Array = NDArray[np.float64]
 
-# One pass of the paper's structure; of several draws, the first that succeeds is shown.
+
+def undamped(inertia: float, personal: float, social: float) -> tuple[str, dict[str, Any]]:
+    """Return the traditional PSO with other coefficients, its inertia constant."""
+    single = PAPER.single._replace(
+        inertia=inertia, inertia_damping=1.0, personal=personal, social=social
+    )
+    return "pso", {"parameters": PAPER._replace(single=single)}
+
+
+# One pass of the paper's structure, with the damping (53).
 SOLVERS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "PSO": ("pso", {"parameters": "paper"}),
     "DPSO": ("dpso", {"parameters": "paper", "polish": False}),
 }
-# The single swarm's inertia as it would stay without (53).
-UNDAMPED: Final = PAPER._replace(single=PAPER.single._replace(inertia_damping=1.0))
+# PSO without it: at the assumed inertia, at the constriction coefficients of Clerc and Kennedy, and
+# at inertias below them.
+CONSTANT: Final[dict[str, tuple[str, dict[str, Any]]]] = {
+    "1": undamped(1.0, PAPER.single.personal, PAPER.single.social),
+    "0.729": undamped(0.729, 1.49, 1.49),
+    **{str(w): undamped(w, PAPER.single.personal, PAPER.single.social) for w in (0.6, 0.5, 0.4)},
+}
 PAPER_ITERATIONS = {"PSO": quantity(66, "iterations"), "DPSO": quantity(52, "iterations")}
 
 
 def run(seed: int = 0, draws: int = 30) -> Experiment:
-    """Keep the errors of the best particle at each iteration, for the first draw that succeeds.
+    """Solve each posture by each swarm; keep the errors of the first draw that succeeds.
 
     Args:
         seed: of the first draw; draw k has seed + k.
-        draws: tried at most; also for the success without the damping (53).
+        draws: for each posture and each swarm.
     """
-    histories: dict[tuple[str, int], Array] = {}
-    damped = undamped = 0
-    for name, (method, options) in SOLVERS.items():
-        for number, X in zip(NUMBERS, targets(), strict=True):
-            for k in range(draws):
-                answer = ik.solve(X, method, q_seed=home(), seed=seed + k, history=True, **options)
-                if answer.success:
-                    break
-            histories[name, number] = np.asarray(answer.history)
-    for X in targets():
-        for k in range(draws):
-            arguments: dict[str, Any] = {"q_seed": home(), "seed": seed + k}
-            damped += ik.solve(X, "pso", parameters="paper", **arguments).success
-            # One pass, as the named set has it.
-            undamped += ik.solve(X, "pso", parameters=UNDAMPED, **arguments).success
-    length = max(len(rows) for rows in histories.values())
+    swarms = {**SOLVERS, **CONSTANT}
+    shape = (len(swarms), len(NUMBERS), draws)
+    success, iterations = np.empty(shape, dtype=bool), np.empty(shape, dtype=np.int64)
+    histories: dict[tuple[int, int], Array] = {}
+    X_WE, q_seed = targets(), home()
+    for i, (method, options) in enumerate(swarms.values()):
+        for k, d in np.ndindex(shape[1:]):
+            answer = ik.solve(
+                X_WE[k], method, q_seed=q_seed, seed=seed + d, history=True, **options
+            )
+            success[i, k, d], iterations[i, k, d] = answer.success, answer.iterations
+            if answer.success and (i, k) not in histories:
+                histories[i, k] = np.asarray(answer.history)
+    shown = {place: rows for place, rows in histories.items() if place[0] < len(SOLVERS)}
+    length = max(len(rows) for rows in shown.values())
     errors = np.full((len(SOLVERS), len(NUMBERS), length, 2), np.nan)
-    for i, name in enumerate(SOLVERS):
-        for k, number in enumerate(NUMBERS):
-            rows = histories[name, number]
-            errors[i, k, : len(rows)] = rows
-    dims = ("solver", "posture", "iteration")
+    for place, rows in shown.items():
+        errors[place][: len(rows)] = rows
+    dims, counted = ("solver", "posture", "iteration"), ("swarm", "posture", "draw")
     data = xr.Dataset(
         {
             "position_error": labelled(dims, errors[..., 0], "m", "of the best particle"),
             "rotation_error": labelled(dims, errors[..., 1], "rad", "of the best particle"),
-            "damped_success": labelled(
-                (), damped / (4 * draws), "1", "share of the draws of PSO, with (53)"
-            ),
-            "undamped_success": labelled(
-                (), undamped / (4 * draws), "1", "share of the draws of PSO, inertia constant"
-            ),
+            "success": labelled(counted, success, "1", "inside both tolerances after one pass"),
+            "iterations": labelled(counted, iterations, "1", "of all stages of the pass"),
         },
         coords={
             "solver": list(SOLVERS),
+            "swarm": [*SOLVERS, *(f"PSO, constant {inertia}" for inertia in CONSTANT)],
             "posture": list(NUMBERS),
             "iteration": np.arange(length),
         },
@@ -84,39 +92,50 @@ def run(seed: int = 0, draws: int = 30) -> Experiment:
 
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge Figures 8 and 9; see `run` for the data."""
-    count = data.position_error.notnull().sum("iteration")
+    medians = data.iterations.where(data.success).median("draw")
     return [
-        *(_mean(count.sel(solver=name), name, paper) for name, paper in PAPER_ITERATIONS.items()),
-        _damping(100 * float(data.damped_success), 100 * float(data.undamped_success)),
+        *(_mean(medians, name, paper) for name, paper in PAPER_ITERATIONS.items()),
+        _damping(100 * data.success.mean(["posture", "draw"])),
     ]
 
 
-def _mean(rows: xr.DataArray, name: str, paper: Quantity) -> Claim:
-    mean = quantity(rows.mean(), paper.unit)
-    each = {f"posture {n}": int(rows.sel(posture=n)) for n in rows.posture.values}
+def _mean(medians: xr.DataArray, name: str, paper: Quantity) -> Claim:
+    each = medians.sel(swarm=name)
+    means = medians.sel(swarm=[name, *_constant(medians)] if name == "PSO" else [name])
+    mean, all_means = quantity(each.mean(), paper.unit), means.mean("posture").dropna("swarm")
+    others = quantity(all_means, paper.unit, "by other coefficients too")
     return Claim(
         f"{name} converges in so many iterations (mean)",
         paper,
-        (mean, quantity(each)),
+        (mean, quantity({f"posture {n}": float(each.sel(posture=n)) for n in NUMBERS}), others),
         Criterion(
-            "within a factor of 1.5 (in kind: of 3), first successful draw at each posture, the "
-            "stages of DPSO added",
-            within_factor(mean, 1.5),
+            "within a factor of 1.5 by all coefficients that are tried (in kind: of 3 by ours), "
+            "median of the draws that succeed, mean of the postures, the stages of DPSO added",
+            within_factor(others, 1.5),
             within_factor(mean, 3.0),
         ),
-        "The coefficients are assumed, those of the paper being lost.",
+        "The coefficients of Table 7 are lost and ours are guessed, so that an agreement of the "
+        "counts is chance.",
     )
 
 
-def _damping(damped: float, undamped: float) -> Claim:
+def _constant(swarms: xr.DataArray) -> list[str]:
+    return [name for name in swarms.swarm.values if name not in SOLVERS]
+
+
+def _damping(share: xr.DataArray) -> Claim:
+    shares = {name.split(", ")[1]: float(share.sel(swarm=name)) for name in _constant(share)}
+    damped, best = float(share.sel(swarm="PSO")), max(shares.values())
     return Claim(
         "PSO converges only once its inertia is damped, (53)",
         "not without",
-        quantity({"without": undamped, "with": damped}, "%", "of the draws"),
+        quantity({"damped": damped, **shares}, "%", "of the draws, by inertia"),
         Criterion(
-            "no draw succeeds without damping, some do with it (in kind: fewer)",
-            undamped == 0.0 < damped,
-            undamped < damped,
+            "no draw succeeds without damping, some do with it (in kind: fewer at every constant "
+            "inertia)",
+            best == 0.0 < damped,
+            best < damped,
         ),
-        "With its inertia constant the swarm goes on flying past its best particle.",
+        "At an inertia of 1 the swarm flies on past its best particle; a smaller one, kept "
+        "constant, slows it as well as the damping does.",
     )

@@ -33,12 +33,14 @@ class Method(NamedTuple):
     options: dict[str, Any]
 
 
+# "IJ" is that of equations (1) to (11), with all six rows of the Jacobian; the three of (26) belong
+# to DPSOIJ in the paper, and by themselves they are ours.
 # "DPSO" and the first point of "literal DPSOIJ" begin again where a pass fails, because the paper
 # has them inside the tolerance. "DPSO" has the paper's structure with tuned coefficients, those of
 # the paper being lost.
 METHODS: Final[dict[str, Method]] = {
-    "IJ": Method("inverse_jacobian", "position", {"rows": "position"}),
-    "IJ, all rows": Method("inverse_jacobian", "pose", {"rows": "full"}),
+    "IJ": Method("inverse_jacobian", "pose", {"rows": "full"}),
+    "IJ, position rows": Method("inverse_jacobian", "position", {"rows": "position"}),
     "DPSO": Method("dpso", "pose", {"polish": False}),
     "literal DPSOIJ": Method("dpsoij", "pose", {"variant": "paper", "budget": 400_000}),
     "default DPSOIJ": Method("dpsoij", "pose", {}),
@@ -118,7 +120,7 @@ def steps(q: xr.DataArray, joints: Sequence[str], turns: bool = True) -> xr.Data
     Args:
         q: joints over (..., point, joint).
         joints: which of them.
-        turns: count whole turns; without them the change is at most half a turn.
+        turns: count whole turns, as a drive has to; without them it is at most half a turn.
     """
     change = q.sel(joint=list(joints)).diff("point")
     if not turns:

@@ -82,10 +82,7 @@ def _point(measured: Quantity) -> Claim:
         "DPSO takes 80 particles and 55 iterations a point",
         PAPER_EVALUATIONS,
         measured,
-        Criterion(
-            "within a factor of 1.5 (in kind: of 3)",
-            within_factor(measured, 1.5),
-            within_factor(measured, 3.0),
-        ),
-        "Tuned coefficients, and passes until one ends inside the tolerances.",
+        None,
+        "The swarm is ours: its size and coefficients were tuned, those of Table 7 being lost, so "
+        "that its evaluations say nothing of the paper's.",
     )

@@ -110,12 +110,9 @@ def claims(data: xr.Dataset) -> list[Claim]:
             "The delay does not destabilise the haptic loop",
             "not said; shown by the figure",
             quantity(peak, "N", "largest force over all channels"),
-            Criterion(
-                "no channel raises the largest force by half",
-                float(peak.max()) < 1.5 * float(peak.sel(channel="none")),
-            ),
-            "The operator is a recording and vibration does not move the stick, so the loop is not "
-            "closed by the hand.",
+            None,
+            "The operator is a recording and vibration does not move the stick, so no loop is "
+            "closed that could lose its stability, and the paper does not speak of it.",
         ),
     ]
 

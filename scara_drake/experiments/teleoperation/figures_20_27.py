@@ -1,10 +1,13 @@
 """Figures 20, 21 and 23 to 27: teleoperation by a recorded operator, and whose error is whose.
 
-The tool's error is the sum of three, sample by sample::
+The tool's error is the sum of four, sample by sample::
 
     commanded - measured =  (commanded - received)   the channel
-                          + (received - desired)     the inverse kinematics and its limits of motion
-                          + (desired - measured)     the controller
+                          + (received - limited)     the limiter of the commands, which is ours
+                          + (limited - reference)    the inverse kinematics
+                          + (reference - measured)   the controller
+
+where the reference is the forward kinematics of the desired joints.
 """
 
 from __future__ import annotations
@@ -15,8 +18,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scara_drake import metrics
-from scara_drake.experiments.claim import Claim, Criterion, Experiment, at_least, within
+from scara_drake import kinematics, metrics
+from scara_drake.experiments.claim import (
+    Claim,
+    Criterion,
+    Experiment,
+    at_least,
+    at_most,
+    within,
+)
 from scara_drake.experiments.quantity import quantity
 from scara_drake.joints import JOINT_NAMES
 from scara_drake.recordings.labels import labelled
@@ -33,7 +43,9 @@ RUNS: dict[str, dict[str, Any]] = {
 }
 PAPER_MAST = quantity(2.0, "mm", "on average")
 PAPER_SPIKES = quantity((40, 65, 80), "s", "spikes at about 40, 65 and 80 s")
-PARTS = ("channel", "inverse kinematics", "controller")
+# The paper calls the error of Figure 21 small; what it allows the tool is E_Tp of section III-C.
+PAPER_SMALL = quantity(5.0, "mm", "allowed")
+PARTS = ("channel", "command limiter", "inverse kinematics", "controller")
 
 
 def run(seed: int = 0, duration: float = 30.0) -> Experiment:
@@ -43,10 +55,8 @@ def run(seed: int = 0, duration: float = 30.0) -> Experiment:
         seed: of the scenario.
         duration: [s]; the mast moves from 13 s on.
     """
-    runs = [
-        simulate(load_scenario(SCENARIO, {**overrides, "seed": seed}), duration=duration)
-        for overrides in RUNS.values()
-    ]
+    scenarios = [load_scenario(SCENARIO, {**changes, "seed": seed}) for changes in RUNS.values()]
+    runs = [simulate(scenario, duration=duration) for scenario in scenarios]
     path, joints = ("run", "time", "axis"), ("run", "time", "joint")
     units = "m for d1, rad for the others"
     first = runs[0]
@@ -58,6 +68,12 @@ def run(seed: int = 0, duration: float = 30.0) -> Experiment:
                 )
                 for name in ("p_WE_commanded", "p_WE_received", "p_WE_desired", "p_WE_measured")
             },
+            "p_WE_reference": labelled(
+                path,
+                np.stack([kinematics.forward_kinematics(r.q_desired)[:, :3, 3] for r in runs]),
+                "m",
+                "tool position of the desired joints",
+            ),
             **{
                 name: labelled(
                     joints, np.stack([r[name] for r in runs]), units, first[name].long_name
@@ -77,15 +93,21 @@ def run(seed: int = 0, duration: float = 30.0) -> Experiment:
             "axis": first.axis.values,
             "joint": list(JOINT_NAMES),
         },
-        attrs={"seed": seed, "scenario": SCENARIO},
+        attrs={
+            "seed": seed,
+            "scenario": SCENARIO,
+            # Of a critically damped second order, against a steady motion [s].
+            "limiter_lag": 2.0 / scenarios[0].inverse_kinematics.bandwidth,
+        },
     )
     data["tool_error"] = tool_errors(data)
     return Experiment("Figures 20, 21 and 23 to 27", data, claims(data))
 
 
 def tool_errors(data: xr.Dataset) -> xr.DataArray:
-    """Split the tool's error (run, part, time, axis) [m] into its three parts, which add up."""
-    stations = [data[f"p_WE_{name}"] for name in ("commanded", "received", "desired", "measured")]
+    """Split the tool's error (run, part, time, axis) [m] into its four parts, which add up."""
+    names = ("commanded", "received", "desired", "reference", "measured")
+    stations = [data[f"p_WE_{name}"] for name in names]
     parts = [one - other for one, other in pairwise(stations)]
     errors = xr.concat(parts, xr.IndexVariable("part", list(PARTS)))
     errors.attrs = {"units": "m", "long_name": "error of the tool by its cause"}
@@ -100,24 +122,9 @@ def claims(data: xr.Dataset) -> list[Claim]:
     """Judge the figures; see `run` for the data."""
     settled = data.sel(time=slice(START, None))
     plain, raw = (settled.sel(run=name) for name in ("normalised", "raw stick"))
-    rms = {
-        part: 1e3 * float(metrics.rmse(_length(plain.tool_error.sel(part=part)))) for part in PARTS
-    }
-    inner = _length(plain.tool_error.sel(part=list(PARTS[1:])).sum("part"))
-    in_loop = 1e3 * float(metrics.rmse(inner))
     return [
-        _small(rms, 1e3 * float(metrics.rmse(_length(plain.tool_error.sum("part")))), in_loop),
-        Claim(
-            "The actual error exceeds the expected one, as it holds the errors of the inverse "
-            "kinematics and of the control (Figure 24)",
-            "actual above expected",
-            quantity({"actual": in_loop, "expected": rms["controller"]}, "mm", "RMS"),
-            Criterion(
-                "the error with the inverse kinematics exceeds the controller's alone",
-                in_loop > rms["controller"],
-            ),
-            f"The inverse kinematics alone err by {rms['inverse kinematics']:.2f} mm.",
-        ),
+        _small(plain.tool_error),
+        _actual_and_expected(plain),
         _acceptable(1e3 * metrics.peak(metrics.tracking_error(plain))),
         _spikes(plain, raw),
         _mast(settled),
@@ -132,18 +139,62 @@ def claims(data: xr.Dataset) -> list[Claim]:
     ]
 
 
-def _small(rms: dict[str, float], total: float, in_loop: float) -> Claim:
+def _rms(errors: xr.DataArray, *some: str) -> float:
+    """Return the RMS length [mm] of some parts of the tool's error together, or of all."""
+    together = errors.sel(part=list(some or PARTS)).sum("part")
+    return 1e3 * float(metrics.rmse(_length(together)))
+
+
+def _small(errors: xr.DataArray) -> Claim:
+    kinematic = quantity(
+        {
+            "limiter and inverse kinematics": _rms(errors, *PARTS[1:3]),
+            "inverse kinematics": _rms(errors, "inverse kinematics"),
+        },
+        "mm",
+        "RMS",
+    )
     return Claim(
         "The tool follows the joystick with a small error (Figures 20 and 21)",
-        "small",
-        quantity({**rms, "in all": total}, "mm", "RMS"),
-        Criterion(
-            "RMS below 1 mm by the controller and below 10 mm with the inverse kinematics (in "
-            "kind: 20 mm)",
-            rms["controller"] < 1.0 and in_loop < 10.0,
-            in_loop < 20.0,
+        ("small", PAPER_SMALL),
+        (
+            kinematic,
+            quantity(
+                {name: _rms(errors, name) for name in ("channel", "controller")}
+                | {"in all": _rms(errors)},
+                "mm",
+                "RMS",
+            ),
         ),
-        "The paper gives curves without a number; the inverse kinematics keep limits of motion.",
+        Criterion(
+            "without channel and controller, as in the paper, RMS no more than allowed (in kind: "
+            "by the inverse kinematics alone)",
+            at_most(kinematic),
+            at_most(quantity(kinematic.values[1], "mm")),
+        ),
+        "The paper gives curves without a number, over no delay and without the robot. Here a "
+        "varying delay, which it adds later, has the largest part, then the limiter of our own, "
+        "which keeps the limits of motion.",
+    )
+
+
+def _actual_and_expected(plain: xr.Dataset) -> Claim:
+    lag = plain.attrs["limiter_lag"]
+    received = plain.p_WE_received
+    late = received.interp(time=received.time - lag).assign_coords(time=received.time)
+    left = 1e3 * float(metrics.rmse(_length((late - plain.p_WE_desired).dropna("time"))))
+    return Claim(
+        "The actual error exceeds the expected one, as it holds the errors of the inverse "
+        "kinematics and of the control (Figure 24)",
+        "actual above expected",
+        (
+            quantity({name: _rms(plain.tool_error, name) for name in PARTS[1:]}, "mm", "RMS"),
+            quantity(left, "mm", f"left of the limiter's, {1e3 * lag:.0f} ms of lag taken out"),
+        ),
+        None,
+        "Nearly all of the error before the controller is the lag of our own limiter of commands, "
+        "which the paper does not have; what the inverse kinematics err by is far below what the "
+        "controller does.",
     )
 
 

@@ -1,0 +1,75 @@
+"""What a recording tells of its links: the packets that came, and the time in which none did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from scara_drake.metrics.stretches import Stretch, stretches
+
+Array = NDArray[np.float64]
+
+LINKS: Final = ("up", "down")
+OUTAGE: Final = 0.1  # [s] without a packet, from which on it is called an outage
+TICKS: Final = 5e-3  # [s], above any time step: the age is that of the tick before the sample
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """The packets of a link.
+
+    Attributes:
+        sent: how many.
+        lost: how many of them never arrive.
+        longest_gap: without a packet that could be used [s].
+        outages: gaps longer than `OUTAGE`.
+        silent: since the last packet, at the end of the recording [s].
+    """
+
+    sent: int
+    lost: int
+    longest_gap: float
+    outages: tuple[Stretch, ...]
+    silent: float
+
+    @property
+    def received(self) -> int:
+        """How many arrived, or are still on their way."""
+        return self.sent - self.lost
+
+
+def silence(recording: xr.Dataset, link: str) -> Array:
+    """Time (time,) [s] since the packet in use arrived.
+
+    Before the first one it counts from when that would have arrived, had it been sent at the start;
+    zero throughout for a link without packets.
+    """
+    t = recording.time.values
+    if f"age_{link}" not in recording:
+        return np.zeros(t.size)
+    age, delay = recording[f"age_{link}"].values, recording[f"delay_{link}"].values
+    silent = np.maximum(age - delay, 0.0)
+    arrived = (age < t - TICKS) | (delay > 0.0)
+    first = int(np.argmax(arrived)) if arrived.any() else t.size
+    travel = delay[first] if first < t.size else 0.0
+    silent[:first] = np.maximum(t[:first] - travel, 0.0)
+    return silent
+
+
+def traffic(recording: xr.Dataset, link: str) -> Traffic | None:
+    """Return what became of the packets of the link "up" or "down"; None if it has none."""
+    if f"packets_sent_{link}" not in recording:
+        return None
+    t, silent = recording.time.values, silence(recording, link)
+    gaps = stretches(t, silent > OUTAGE)
+    return Traffic(
+        sent=int(recording[f"packets_sent_{link}"].values[-1]),
+        lost=int(recording[f"packets_lost_{link}"].values[-1]),
+        longest_gap=float(silent.max()),
+        outages=tuple(Stretch(max(gap.start - OUTAGE, 0.0), gap.end, gap.open) for gap in gaps),
+        silent=float(silent[-1]),
+    )
