@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Joint, PrismaticJoint, RevoluteJoint
+from pydrake.multibody.tree import Frame, Joint, PrismaticJoint, RevoluteJoint
 from pydrake.systems.framework import Context
 
 from scara_drake.engine.dynamics import ARM, JOINTS
@@ -19,11 +19,10 @@ def arm_parameters(plant: MultibodyPlant) -> Array:
 
     Raises:
         NotCompilableError: it is not a chain of six joints, each along or about the z axis of its
-            frame,
-            which ends in what is welded to the last link.
+            frame and at the origin of the link that it moves.
     """
     context = plant.CreateDefaultContext()
-    joints = _chain(plant)
+    joints = moving_joints(plant)
     rows = [_link(plant, context, joint) for joint in joints]
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     return ARM.pack(
@@ -33,7 +32,7 @@ def arm_parameters(plant: MultibodyPlant) -> Array:
     )
 
 
-def _chain(plant: MultibodyPlant) -> list[Joint]:
+def moving_joints(plant: MultibodyPlant) -> list[Joint]:
     """Return the joints that move, in the order of the velocities."""
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
     moving = sorted((j for j in moving if j.num_velocities()), key=lambda j: j.velocity_start())
@@ -58,7 +57,7 @@ def _link(plant: MultibodyPlant, context: Context, joint: Joint) -> dict[str, ob
     link = joint.child_body()
     if not joint.frame_on_child().GetFixedPoseInBodyFrame().IsExactlyIdentity():
         raise NotCompilableError(f"plant: joint '{joint.name()}' is not at the origin of its link")
-    if not np.array_equal(_axis(joint), [0.0, 0.0, 1.0]):
+    if not np.array_equal(axis_of(joint), [0.0, 0.0, 1.0]):
         raise NotCompilableError(f"plant: axis of joint '{joint.name()}', allowed z")
     # The link before it carries the joint, maybe by a body that is welded to it.
     before = _mover(plant, joint)
@@ -86,12 +85,16 @@ def _link(plant: MultibodyPlant, context: Context, joint: Joint) -> dict[str, ob
     }
 
 
-def _axis(joint: Joint) -> Array:
-    axis = joint.translation_axis() if isinstance(joint, PrismaticJoint) else joint.revolute_axis()
-    return np.asarray(axis, dtype=np.float64)
+def axis_of(joint: Joint) -> Array:
+    """Return along or about which axis (3,) of its frame a joint moves; NaN for another kind."""
+    if isinstance(joint, PrismaticJoint):
+        return np.asarray(joint.translation_axis(), dtype=np.float64)
+    if isinstance(joint, RevoluteJoint):
+        return np.asarray(joint.revolute_axis(), dtype=np.float64)
+    return np.full(3, np.nan)
 
 
-def _mover(plant: MultibodyPlant, joint: Joint) -> object:
+def _mover(plant: MultibodyPlant, joint: Joint) -> Frame:
     """Return the frame of the link that moves a joint: of the one before, or the world's."""
     welded = {body.index() for body in plant.GetBodiesWeldedTo(joint.parent_body())}
     if plant.world_body().index() in welded:

@@ -19,7 +19,15 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, InputPort, OutputPort, System
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Multiplexer, VectorLogSink
 
-from scara_drake.common.block import Block, Declaration, Input, Memory, Output, arguments_of
+from scara_drake.common.block import (
+    Block,
+    Declaration,
+    Input,
+    Kernel,
+    Memory,
+    Output,
+    arguments_of,
+)
 from scara_drake.engine.errors import NotCompilableError
 
 Array = NDArray[np.float64]
@@ -93,7 +101,7 @@ def add_three(u0: Array, u1: Array, u2: Array, total: Array) -> None:
         total[i] = u0[i] + u1[i] + u2[i]
 
 
-ADDERS = {2: add_two, 3: add_three}
+ADDERS: dict[int, Kernel] = {2: add_two, 3: add_three}
 
 
 def graph_of(diagram: Diagram) -> Graph:

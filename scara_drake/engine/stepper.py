@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Diagram
 
-from scara_drake.common.block import ENABLED, TIME, arguments_of
 from scara_drake.engine.arm import arm_parameters
-from scara_drake.engine.build import Program, first_value, program_of
+from scara_drake.engine.build import program_of
 from scara_drake.engine.dynamics import WORK
-from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
-from scara_drake.engine.graph import STATE, Buffer, Node, graph_of
-from scara_drake.engine.source import AT_LIMIT, NEAR, NOT_FINITE, buffer_size
+from scara_drake.engine.errors import LeftTheModelError
+from scara_drake.engine.graph import STATE, graph_of
+from scara_drake.engine.source import buffer_size
+from scara_drake.engine.start import Start
 from scara_drake.engine.watch import watched_links, watched_surfaces
+from scara_drake.engine.writer import AT_LIMIT, NEAR, NOT_FINITE
 from scara_drake.environment.surfaces import Environment
 
 Array = NDArray[np.float64]
@@ -71,7 +72,7 @@ class CompiledStepper:
         self._tick = 0
         self._last = math.ceil(duration / self._period - ROUNDING / self._period)
         self._width = sum(buffer_size(graph, buffer) for buffer in graph.recorded)
-        _Start(self._program, self._buffers, self._state).run()
+        Start(graph, self._buffers, self._state).run()
 
     def advance_to(self, time: float) -> tuple[Array, Array]:
         """Advance to a time [s] and return the samples since: times (n,) and values (n, width).
@@ -145,65 +146,3 @@ class CompiledStepper:
             bodies = (self._plant.GetBodyFromFrameId(frame).name() for frame in frames)
             what = " touches ".join(sorted(bodies))
             raise LeftTheModelError(self._tick * self._period, what)
-
-
-class _Start:
-    """What happens at t = 0 before the first tick: each block begins with what the others have."""
-
-    def __init__(self, program: Program, buffers: dict[str, Any], state: Array) -> None:
-        self._program, self._buffers, self._state = program, buffers, state
-        self._nodes = program.graph.nodes
-
-    def run(self) -> None:
-        """Begin all blocks."""
-        begun = [node for node in self._nodes.values() if node.declaration.initialize]
-        changed: dict[str, Any] = {}
-        for node in begun:
-            kernel = self._kernel(node)
-            memory = {
-                name: np.array(self._value(node.memory(name)))
-                for name in arguments_of(kernel)
-                if name in node.declaration.memory
-            }
-            kernel(*(self._argument(node, name, memory) for name in arguments_of(kernel)))
-            changed |= {str(node.memory(name)): value for name, value in memory.items()}
-        for name, value in changed.items():
-            if name in self._buffers:
-                self._buffers[name][:] = value
-
-    def _kernel(self, node: Node) -> Any:
-        is_ = node.declaration
-        enable, rest = node.reads.get(is_.enable), is_.rest_initialize or is_.rest
-        if rest is None or enable is None or self._value(enable)[0] >= ENABLED:
-            return is_.initialize
-        return rest
-
-    def _argument(self, node: Node, name: str, memory: dict[str, Array]) -> Any:
-        if name in memory:
-            return memory[name]
-        if name == TIME:
-            return 0.0
-        if name in node.declaration.inputs and node.reads[name] is not None:
-            return self._value(cast(Buffer, node.reads[name]))
-        return first_value(node.declaration, name)
-
-    def _value(self, buffer: Buffer) -> Array:
-        """Return what stands in a buffer at t = 0."""
-        if buffer == STATE:
-            return self._state
-        node = self._nodes[buffer.node]
-        if buffer.name in node.declaration.memory:
-            known = self._buffers.get(str(buffer))
-            return first_value(node.declaration, buffer.name) if known is None else known
-        value: Array = np.zeros(node.declaration.outputs[buffer.name].size)
-        kernel = node.declaration.outputs[buffer.name].kernel
-        memory = {buffer.name: value} | {
-            name: self._value(node.memory(name))
-            for name in arguments_of(kernel)
-            if name in node.declaration.memory
-        }
-        kernel(*(self._argument(node, name, memory) for name in arguments_of(kernel)))
-        return value
-
-
-__all__ = ["CompiledStepper", "LeftTheModelError", "NotCompilableError"]

@@ -16,8 +16,10 @@ from pydrake.geometry import Box, Capsule, Cylinder, SceneGraph, Shape, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake.common.layout import Layout
-from scara_drake.engine.dynamics import Vector, arm_of, plus, rotated, times, vector, work_of
+from scara_drake.engine.arm import moving_joints
+from scara_drake.engine.dynamics import arm_of, work_of
 from scara_drake.engine.errors import NotCompilableError
+from scara_drake.engine.spatial import Vector, plus, rotated, times, vector
 from scara_drake.environment.law import SURFACE, surface_of
 from scara_drake.environment.surfaces import Environment, surface_distance, surface_row
 
@@ -111,7 +113,8 @@ def watched_links(plant: MultibodyPlant, scene_graph: SceneGraph) -> Array:
     inspector = scene_graph.model_inspector()
     fixed = plant.GetCollisionGeometriesForBody(plant.world_body())
     rows = []
-    for link, body in enumerate(_links(plant)):
+    for link, joint in enumerate(moving_joints(plant)):
+        body = joint.child_body()
         for shape in plant.GetCollisionGeometriesForBody(body):
             if any(not inspector.CollisionFiltered(shape, other) for other in fixed):
                 half, radius = _enclosing(inspector.GetShape(shape), body.name())
@@ -125,12 +128,6 @@ def watched_links(plant: MultibodyPlant, scene_graph: SceneGraph) -> Array:
                     )
                 )
     return np.array(rows, dtype=np.float64).reshape(-1, SEGMENT.size)
-
-
-def _links(plant: MultibodyPlant) -> list:
-    moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    moving = sorted((j for j in moving if j.num_velocities()), key=lambda j: j.velocity_start())
-    return [joint.child_body() for joint in moving]
 
 
 def _enclosing(shape: Shape, link: str) -> tuple[float, float]:
