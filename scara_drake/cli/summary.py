@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 from rich.console import Console
 from rich.table import Table
@@ -49,7 +50,18 @@ def print_summary(console: Console, scenario: Scenario, result: Run) -> None:
             table.add_row("joints that yield in contact", "", ", ".join(names) or "none")
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
+    print_first_posture(console, recording.attrs)
     if result.interrupted:
         console.print("Stopped early; what was simulated is recorded.")
     if result.late:
         console.print(f"Not in real time: the clock was lost {result.late} times.")
+
+
+def print_first_posture(console: Console, attributes: Mapping[str, Any]) -> None:
+    """Print which method found the posture that the arm started from, if one did."""
+    if "first_posture_method" in attributes:
+        console.print(
+            f"First posture: found by {attributes['first_posture_method']} in "
+            f"{attributes['first_posture_evaluations']} evaluations, "
+            f"{1e3 * attributes['first_posture_seconds']:.1f} ms."
+        )

@@ -45,6 +45,7 @@ def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.D
             "seed": description["seed"],
             "versions": json.dumps(description["versions"]),
             "conventions": "SI units; W: world, z up; E: tool frame",
+            **description.get("notes", {}),
         },
     )
 

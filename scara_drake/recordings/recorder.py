@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from itertools import pairwise
 from typing import Any, cast
@@ -32,12 +32,14 @@ class Origin:
         scenario: its YAML text.
         seed: of its random draws.
         surfaces: names of the surfaces that the tool may touch.
+        notes: further attributes of the recording.
     """
 
     scenario_name: str
     scenario: str
     seed: int
     surfaces: tuple[str, ...] = ()
+    notes: dict[str, str | int | float] = field(default_factory=dict)
 
 
 class SignalBundle(Multiplexer):
