@@ -44,8 +44,15 @@ on where it was, and a larger --trials adds to it. Ctrl-C writes the best gains 
   scara-drake run runs/joint_sine_tuned.yaml
 """
 # Of `scara_drake.ik`, whose import takes seconds.
-IK_METHODS: Final = ("closed_form", "inverse_jacobian", "pso", "dpso", "dpsoij")
-IK_METHOD: Final = "dpsoij"
+IK_METHODS: Final = (
+    "closed_form",
+    "robust",
+    "inverse_jacobian",
+    "pso",
+    "dpso",
+    "dpsoij",
+)
+IK_METHOD: Final = "robust"
 POSE_COLUMNS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
