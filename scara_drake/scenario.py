@@ -6,19 +6,19 @@ in its union here.
 """
 
 import copy
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-from pydrake.common.yaml import yaml_load
-
 from scara_drake import joints
 from scara_drake.channel.links import Channel
 from scara_drake.common import checks
+from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import build, yaml_of
+from scara_drake.common.yaml_text import read_yaml
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.inverse_dynamics import InverseDynamics
@@ -124,8 +124,13 @@ class Scenario:
         checks.number("duration", self.duration, self.time_step, 86400.0)
         if self.q0 is not None:
             joints.check_configuration("q0", self.q0)
-        if "/" in self.name or self.name.startswith("."):
-            raise ValueError(f"name: '{self.name}', allowed a word without '/'")
+        if self.name:
+            checks.word("name", self.name)
+        if len(self.description) > 500 or not all(c.isprintable() for c in self.description):
+            raise ValueError(
+                f"description: {checks.shown(self.description)}, allowed one line of up to 500 "
+                "characters"
+            )
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:
@@ -163,16 +168,17 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
         ValueError: no such scenario, unknown key, wrong type, or a number out of its bounds.
     """
     path = _find(name_or_path)
+    file = shown(path.name, quotes=False)
     try:
-        data = yaml_load(filename=str(path), private=True)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path.name}: not YAML, {_one_line(error)}") from None
+        data = read_yaml(path.read_text(encoding="utf-8"), file)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file}: {shown(error, 160)}, allowed a text in UTF-8") from None
     if not isinstance(data, dict):
-        raise ValueError(f"{path.name}: {type(data).__name__}, allowed a map of scenario fields")
+        raise ValueError(f"{file}: {type(data).__name__}, allowed a map of scenario fields")
     for key, value in (overrides or {}).items():
         _override(data, key, value)
     scenario = build(Scenario, data)
-    scenario.name = scenario.name or path.stem
+    scenario.name = scenario.name or re.sub(r"[^\w.,+=()-]|^\W", "_", path.stem)[:100]
     resolve_files(scenario, path.parent)
     check_scenario(scenario)
     return scenario
@@ -197,7 +203,7 @@ def parse_overrides(settings: list[str]) -> dict[str, Any]:
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not (key and equals):
-            raise ValueError(f"--set: '{setting}', allowed KEY=VALUE")
+            raise ValueError(f"--set: {shown(setting)}, allowed KEY=VALUE")
         pairs[key] = value
     return pairs
 
@@ -211,27 +217,39 @@ def _find(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml"):
         if not path.is_file():
-            raise ValueError(f"scenario: '{path}', allowed a YAML file that exists")
+            raise ValueError(f"scenario: {shown(str(path))}, allowed a YAML file that exists")
         return path
     checks.choice("scenario", str(name_or_path), scenario_names())
     return resource("diagrams", f"{name_or_path}.yaml")
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
 def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
     """Set one dotted key in the data of a YAML file, in place."""
     if isinstance(value, str):
-        try:
-            # Of an empty text pydrake would want to know the file.
-            value = yaml_load(data=value, private=True) if value.strip() else None
-        except yaml.YAMLError as error:
-            raise ValueError(f"{dotted}: {value}, not YAML: {_one_line(error)}") from None
+        value = read_yaml(value, shown(dotted, quotes=False))
     *parents, last = dotted.split(".")
+    place: Any = data
     for parent in parents:
-        data = data.setdefault(parent, {})
-        if not isinstance(data, dict):
-            raise ValueError(f"{dotted}: '{parent}' has no fields, allowed the path of a field")
-    data[last] = copy.deepcopy(value)
+        if isinstance(place, dict):
+            place = place.setdefault(parent, {})
+        else:
+            place = place[_entry_of(place, parent, dotted)]
+        if not isinstance(place, dict | list):
+            raise ValueError(
+                f"{shown(dotted, quotes=False)}: {shown(parent)} has no fields, allowed the path "
+                "of a field"
+            )
+    entry = last if isinstance(place, dict) else _entry_of(place, last, dotted)
+    place[entry] = copy.deepcopy(value)
+
+
+def _entry_of(place: list[Any], key: str, dotted: str) -> int:
+    """Return the index that a word of a dotted key means in a list.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not key.isdecimal() or len(key) > 6 or int(key) >= len(place):
+        allowed = f"0 to {len(place) - 1}" if place else "none: the list is empty"
+        raise ValueError(f"{shown(dotted, quotes=False)}: no entry {shown(key)}, allowed {allowed}")
+    return int(key)
