@@ -7,6 +7,7 @@ in its union here.
 
 import copy
 import re
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -41,7 +42,7 @@ from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
-from scara_drake.wiring.operators import wiring_of
+from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
@@ -50,6 +51,10 @@ Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | Inv
 
 # Systems with random numbers of their own; the order decides their seeds.
 STREAMS = ("uplink", "downlink", "encoder")
+
+
+class UnusedSetting(UserWarning):
+    """A field was set that does nothing in this scenario."""
 
 
 @dataclass
@@ -164,6 +169,9 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
             word given for a list sets every entry; a string is read as YAML, so tags such as
             ``"!SineDelay {}"`` choose another kind of part.
 
+    Warns:
+        UnusedSetting: a field was set that the scenario's operator has no use for.
+
     Raises:
         ValueError: no such scenario, unknown key, wrong type, or a number out of its bounds.
     """
@@ -175,12 +183,16 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
         raise ValueError(f"{file}: {shown(error, 160)}, allowed a text in UTF-8") from None
     if not isinstance(data, dict):
         raise ValueError(f"{file}: {type(data).__name__}, allowed a map of scenario fields")
+    in_file = list(data)
     for key, value in (overrides or {}).items():
         _override(data, key, value)
     scenario = build(Scenario, data)
     scenario.name = scenario.name or re.sub(r"[^\w.,+=()-]|^\W", "_", path.stem)[:100]
     resolve_files(scenario, path.parent)
     check_scenario(scenario)
+    own = [name for name in in_file if getattr(scenario, name) != getattr(Scenario(), name)]
+    for sentence in unused_settings(scenario, dict.fromkeys([*own, *(overrides or {})])):
+        warnings.warn(sentence, UnusedSetting, stacklevel=2)
     return scenario
 
 

@@ -10,6 +10,7 @@ from pydrake.geometry import Meshcat
 from rich.console import Console
 
 from scara_drake import metrics
+from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
@@ -29,12 +30,17 @@ def run(options: argparse.Namespace, console: Console) -> int:
         RuntimeError: the run failed; says where what was recorded is kept.
         OSError: a file cannot be written.
     """
-    scenario = load_scenario(options.scenario, parse_overrides(options.set))
+    overrides = parse_overrides(options.set)
+    if options.duration is not None:
+        overrides["duration"] = options.duration
+    scenario = load_scenario(options.scenario, overrides)
     record = options.record or Path("runs") / f"{scenario.name}.nc"
-    for path, suffix in ((record, ".nc"), (options.html, ".html")):
-        _check_target(path, suffix)
+    check_output("--record", record, ".nc")
+    check_output("--html", options.html, ".html")
     if options.html and options.no_meshcat:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
+    if options.html:
+        options.html.parent.mkdir(parents=True, exist_ok=True)
     meshcat = None if options.no_meshcat else Meshcat()
     if meshcat is not None:
         console.print(f"Scene: {meshcat.web_url()}")
@@ -63,8 +69,3 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
     return 0 if verdict.good else 1
-
-
-def _check_target(path: Path | None, suffix: str) -> None:
-    if path is not None and (path.suffix != suffix or path.is_dir()):
-        raise ValueError(f"output: '{path}', allowed a file that ends in {suffix}")
