@@ -4,9 +4,9 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
-from scara_drake.common.kernel_cache import remove_stale_kernels
+from scara_drake.common.kernel_cache import prepare_kernel_cache
 
-remove_stale_kernels(Path(__file__).parent)  # before any kernel is loaded
+prepare_kernel_cache(Path(__file__).parent)  # before any kernel is loaded
 
 from scara_drake import kinematics  # noqa: E402 - see above
 
