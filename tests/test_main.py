@@ -60,7 +60,7 @@ BAD = [
     (["run", "joint_sine", "--set", "operator.base=[1,0,0,0,0,0]"], "operator.base: d1 = 1 m"),
     (["run", "teleoperation", "--set", "channel.up.delay=7"], "channel.up"),
     (["run", "teleoperation", "--set", "operator.trace=no.csv"], "no.csv"),
-    (["run", "joint_sine", "--record", "out.csv"], "output: 'out.csv', allowed a file that ends"),
+    (["run", "joint_sine", "--record", "out.csv"], "--record: 'out.csv', allowed a file that ends"),
     (["run", "joint_sine", "--no-meshcat", "--html", "a.html"], "--html: needs the scene"),
     (["run", "teleoperation", "--set", "operator.device=joystick"], "joystick"),
 ]

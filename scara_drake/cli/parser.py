@@ -97,6 +97,9 @@ def _add_scenario(parser: argparse.ArgumentParser, what: str) -> None:
 def _add_run(commands: Any) -> None:
     parser = commands.add_parser("run", help="simulate a scenario and record it")
     _add_scenario(parser, "name of a shipped scenario, or a YAML file")
+    parser.add_argument(
+        "--duration", type=float, metavar="T", help="of the run [s] (default: the scenario's)"
+    )
     parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")

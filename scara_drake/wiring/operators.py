@@ -6,8 +6,8 @@ in the union of `Scenario.operator`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +41,7 @@ class OperatorWiring:
         check: raises a ValueError where the scenario has a part that the kind does not go with.
         moves_at_start: the reference moves from the first instant, wherever the arm stands.
         answer: how the inverse kinematics found `start`, of an operator that commands the tool.
+        unused: fields that the kind has no use for, each with what does that for it.
     """
 
     add: Callable[[DiagramBuilder, Scenario, Array, Signals], Signals]
@@ -48,6 +49,7 @@ class OperatorWiring:
     check: Callable[[Scenario], None]
     moves_at_start: bool = False
     answer: Callable[[Scenario], IkResult] | None = None
+    unused: Mapping[str, str] = field(default_factory=dict)
 
 
 def wiring_of(scenario: Scenario) -> OperatorWiring:
@@ -61,6 +63,22 @@ def wiring_of(scenario: Scenario) -> OperatorWiring:
         names = ", ".join(known.__name__ for known in OPERATORS)
         raise ValueError(f"operator: '{kind.__name__}', allowed {names}")
     return OPERATORS[kind]
+
+
+def unused_settings(scenario: Scenario, keys: Iterable[str]) -> list[str]:
+    """Return a sentence for each setting that the scenario's operator has no use for.
+
+    Args:
+        scenario: checked.
+        keys: dotted, of the settings, such as "channel.up.delay".
+    """
+    kind, unused = type(scenario.operator).__name__, wiring_of(scenario).unused
+    return [
+        f"{key}: not used with the operator {kind}; {instead}"
+        for key in keys
+        for field_name, instead in unused.items()
+        if f"{key}.".startswith(f"{field_name}.")
+    ]
 
 
 def add_operator(
@@ -133,14 +151,34 @@ def _anything_goes(scenario: Scenario) -> None:
     """Accept every scenario."""
 
 
+NEEDS_MASTER = "a coupling needs 'operator: !Master {}', as in the scenario bilateral"
+
 OPERATORS: dict[type, OperatorWiring] = {
     Joystick: OperatorWiring(
-        add_joystick, _at_first_command, _anything_goes, answer=_answer_to_first_command
+        add_joystick,
+        _at_first_command,
+        _anything_goes,
+        answer=_answer_to_first_command,
+        unused={"coupling": NEEDS_MASTER},
     ),
     Master: OperatorWiring(
-        add_bilateral, _at_first_command, _check_master, answer=_answer_to_first_command
+        add_bilateral,
+        _at_first_command,
+        _check_master,
+        answer=_answer_to_first_command,
+        unused={"haptics": "the force on the hand is that of 'coupling'"},
     ),
     JointMotion: OperatorWiring(
-        add_joint_motion, _at_motion_start, _no_device, moves_at_start=True
+        add_joint_motion,
+        _at_motion_start,
+        _no_device,
+        moves_at_start=True,
+        unused={
+            "channel": "a delay that the controller feels is 'process_delay', such as "
+            "'process_delay={reference: !ConstantDelay {delay: 0.1}}'",
+            "inverse_kinematics": "the joints are commanded; a tool is commanded by a Joystick",
+            "coupling": NEEDS_MASTER,
+            "haptics": "a joystick that shakes needs 'operator: !Joystick {}'",
+        },
     ),
 }
