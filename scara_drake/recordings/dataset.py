@@ -43,6 +43,7 @@ def to_dataset(description: dict[str, Any], times: Array, values: Array) -> xr.D
             "scenario_name": description["scenario_name"],
             "scenario": description["scenario"],
             "seed": description["seed"],
+            "device": description.get("device", ""),
             "versions": json.dumps(description["versions"]),
             "conventions": "SI units; W: world, z up; E: tool frame",
         },

@@ -32,12 +32,14 @@ class Origin:
         scenario: its YAML text.
         seed: of its random draws.
         surfaces: names of the surfaces that the tool may touch.
+        device: what the stick's axes came from; empty where there is no stick.
     """
 
     scenario_name: str
     scenario: str
     seed: int
     surfaces: tuple[str, ...] = ()
+    device: str = ""
 
 
 class SignalBundle(Multiplexer):

@@ -47,7 +47,7 @@ def add_joystick(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, command, q_start, seed, period),
     )
-    builder.Connect(joystick.get_output_port(), mapping.get_input_port())
+    builder.Connect(joystick.GetOutputPort("joystick_axes"), mapping.get_input_port())
     builder.Connect(mapping.get_output_port(), uplink.get_input_port())
     builder.Connect(uplink.GetOutputPort("signal_received"), kinematics.get_input_port())
     made = {

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W")
+DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W", "device_connected")
 
 
 def add_export(
@@ -28,7 +28,8 @@ def add_export(
 ) -> Signals:
     """Record the signals that have a name in a recording, and export all of them."""
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
-    origin = Origin(scenario.name, dump_scenario(scenario), scenario.seed, surfaces)
+    text, device = dump_scenario(scenario), device_name(signals)
+    origin = Origin(scenario.name, text, scenario.seed, surfaces, device)
     periodic = periods(signals)
     add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
     for name, port in signals.items():
@@ -47,6 +48,12 @@ def add_scene(
     for name in DRAWN:
         if name in signals:
             builder.Connect(signals[name], annotations.GetInputPort(name))
+
+
+def device_name(signals: Signals) -> str:
+    """Return what the stick's axes come from, "" where there is no stick."""
+    port = signals.get("joystick_axes")
+    return str(getattr(port.get_system(), "device_name", "")) if port is not None else ""
 
 
 def periods(signals: Signals) -> dict[str, float]:
