@@ -6,12 +6,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from pydrake.geometry import Meshcat
 from rich.console import Console
 
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
+from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.recordings.files import save_recording
 from scara_drake.scenario import load_scenario, parse_overrides
 from scara_drake.simulation import run as simulation
@@ -31,9 +31,9 @@ def run(options: argparse.Namespace, console: Console) -> None:
         _check_target(path, suffix)
     if options.html and options.no_meshcat:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
-    meshcat = None if options.no_meshcat else Meshcat()
+    meshcat = None if options.no_meshcat else start_meshcat(options.host, options.port)
     if meshcat is not None:
-        console.print(f"Scene: {meshcat.web_url()}")
+        console.print(f"Scene: {meshcat.web_url()} ({who_reaches(options.host)})")
         set_camera(meshcat, scenario.environment)
         if options.html:
             start_recording(meshcat)
