@@ -147,7 +147,7 @@ def test_diagrams_lists_and_draws(capsys, tmp_path):
 
 def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
     meshcat = Meshcat()
-    monkeypatch.setattr(show, "Meshcat", lambda: meshcat)
+    monkeypatch.setattr(show, "start_meshcat", lambda host, port: meshcat)
     status, out, _ = run_line(capsys, "show", "--once")
     assert status == 0
     assert meshcat.web_url() in out

@@ -104,13 +104,23 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
+    _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
 
 
 def _add_show(commands: Any) -> None:
     parser = commands.add_parser("show", help="the model in Meshcat, a slider for each joint")
     parser.add_argument("--once", action="store_true", help="leave after the first picture")
+    _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.show", extra="")
+
+
+def _add_server(parser: argparse.ArgumentParser) -> None:
+    """Add where the scene is served."""
+    parser.add_argument(
+        "--host", default="", help="where the scene is served, * for all networks; default: here"
+    )
+    parser.add_argument("--port", type=int, help="default the first free one from 7000 on")
 
 
 def _add_diagrams(commands: Any) -> None:

@@ -10,7 +10,6 @@ from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
 
-from pydrake.geometry import Meshcat
 from rich.console import Console
 
 from scara_drake import metrics
@@ -18,6 +17,7 @@ from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
+from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
 from scara_drake.scenario import load_scenario, parse_overrides
@@ -52,9 +52,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
         DeferredInterrupt(*ENDING) as signals,
     ):
         _say_what_is_there(record, journal)
-        meshcat = None if options.no_meshcat else Meshcat()
+        meshcat = None if options.no_meshcat else start_meshcat(options.host, options.port)
         if meshcat is not None:
-            console.print(f"Scene: {meshcat.web_url()}")
+            console.print(f"Scene: {meshcat.web_url()} ({who_reaches(options.host)})")
             set_camera(meshcat, scenario.environment)
             if options.html:
                 start_recording(meshcat)

@@ -49,7 +49,7 @@ def add_joystick(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, command, q_start, seed, period),
     )
-    builder.Connect(joystick.get_output_port(), mapping.get_input_port())
+    builder.Connect(joystick.GetOutputPort("joystick_axes"), mapping.get_input_port())
     builder.Connect(mapping.get_output_port(), uplink.get_input_port())
     received = uplink.GetOutputPort("signal_received")
     watched = _add_watch(builder, scenario, uplink)

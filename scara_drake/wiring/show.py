@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scara_drake.ik.result import IkResult
     from scara_drake.scenario import Scenario
 
-DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W")
+DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W", "device_connected")
 
 
 def add_export(
@@ -29,7 +29,7 @@ def add_export(
     """
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
     text, duration = dump_scenario(scenario), scenario.duration
-    notes = _notes(answer)
+    notes = _notes(answer, device_name(signals))
     origin = Origin(scenario.name, text, scenario.seed, surfaces, duration, notes)
     periodic = periods(signals)
     add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
@@ -37,10 +37,11 @@ def add_export(
         builder.ExportOutput(port, name)
 
 
-def _notes(answer: IkResult | None) -> dict[str, str | int | float]:
+def _notes(answer: IkResult | None, device: str) -> dict[str, str | int | float]:
     if answer is None:
-        return {}
+        return {"device": device}
     return {
+        "device": device,
         "first_posture_method": answer.found_by,
         "first_posture_evaluations": answer.evaluations,
         "first_posture_seconds": answer.seconds,
@@ -58,6 +59,12 @@ def add_scene(
     for name in DRAWN:
         if name in signals:
             builder.Connect(signals[name], annotations.GetInputPort(name))
+
+
+def device_name(signals: Signals) -> str:
+    """Return what the stick's axes come from, "" where there is no stick."""
+    port = signals.get("joystick_axes")
+    return str(getattr(port.get_system(), "device_name", "")) if port is not None else ""
 
 
 def periods(signals: Signals) -> dict[str, float]:
