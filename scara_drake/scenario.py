@@ -161,7 +161,7 @@ def check_scenario(scenario: Scenario) -> None:
     """
     check_controller(scenario.controller)
     check(scenario, "")
-    check_sampling(scenario, "", scenario.time_step)
+    check_sampling(scenario, "", scenario.time_step, model=scenario.robot)
 
 
 def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = None) -> Scenario:
