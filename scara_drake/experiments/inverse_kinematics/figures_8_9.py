@@ -57,7 +57,8 @@ def run(seed: int = 0, draws: int = 30) -> Experiment:
     shape = (len(swarms), len(NUMBERS), draws)
     success, iterations = np.empty(shape, dtype=bool), np.empty(shape, dtype=np.int64)
     histories: dict[tuple[int, int], Array] = {}
-    X_WE, arguments = targets(), {"q_seed": home(), "history": True}
+    X_WE = targets()
+    arguments: dict[str, Any] = {"q_seed": home(), "history": True}
     for i, (method, options) in enumerate(swarms.values()):
         for k, d in np.ndindex(shape[1:]):
             answer = ik.solve(X_WE[k], method, seed=seed + d, **arguments, **options)
