@@ -146,7 +146,6 @@ def test_figure_28_judges_what_it_is_given():
 
 
 JUDGES = {
-    # JUDGED = "figures_20_27", JUDGED = "figure_28"
     moved: test_figures_20_27_judge_what_they_are_given,
     pressed: test_figure_28_judges_what_it_is_given,
 }
