@@ -85,7 +85,7 @@ def tool_path(recording: xr.Dataset, ax: Axes) -> None:
             along = facing(wall.normal)[:, 0]
             ends = np.stack([wall.point - half * along, wall.point + half * along])
             ax.plot(ends[:, 0], ends[:, 1], color=WALL, linewidth=3, label=wall.name)
-            limits = _around(limits, wall.point[:2])
+            limits = _around(limits, wall.point[:2].tolist())
     ax.axis(limits)
     ax.set_aspect("equal", adjustable="box")
     finish(ax, "x [m]", "y [m]", loc="lower left")
@@ -214,15 +214,16 @@ class Wall(NamedTuple):
 
 def walls(recording: xr.Dataset) -> list[Wall]:
     """Return the walls of the scenario that a recording was made of, and no other surfaces."""
-    found = surfaces_of(recording.attrs["scenario"])
     return [
         Wall(
-            str(wall["name"]),
-            *(np.array(wall[name], dtype=np.float64) for name in ("point", "normal", "size")),
-            float(wall["stiffness"]),
-            float(wall["damping"]),
+            name=str(wall["name"]),
+            point=np.array(wall["point"], dtype=np.float64),
+            normal=np.array(wall["normal"], dtype=np.float64),
+            size=np.array(wall["size"], dtype=np.float64),
+            stiffness=float(wall["stiffness"]),
+            damping=float(wall["damping"]),
         )
-        for wall in found
+        for wall in surfaces_of(recording.attrs["scenario"])
         if wall[KIND] == "Wall"
     ]
 

@@ -61,9 +61,9 @@ def test_of_a_damaged_journal_the_blocks_before_the_damage_are_read(
         check_one_line(error)
         return
     # Nothing is read that was not written, in the order in which it was written.
-    whole = expected[contents.description["seed"]]
+    written = expected[contents.description["seed"]]
     np.testing.assert_array_equal(times, np.arange(contents.samples))
-    np.testing.assert_array_equal(values, whole[: contents.samples])
+    np.testing.assert_array_equal(values, written[: contents.samples])
     if broken not in (first, second):
         assert contents.lost > 0 or contents.ended_by == "cut off"
 
