@@ -31,6 +31,8 @@ from scara_drake.recordings.recorder import versions
 # Figure, its heading, and its scale.
 PRESSED = {
     "peak": ("peak [N]", 1.0),
+    "shown": ("shown [N]", 1.0),
+    "felt": ("felt [N]", 1.0),
     "contact": ("contact [%]", 1e2),
     "position_error": ("error [mm]", 1e3),
     "drift": ("drift [mm]", 1e3),
@@ -43,7 +45,7 @@ SWEPT = {
     "z_width": ("Z width [dec]", 1.0),
 }
 ALWAYS = ("peak", "energy_margin")  # of a run that is not stable, too
-TOUCHING = ("contact", "ripple", "force_error")
+TOUCHING = ("shown", "felt", "contact", "ripple", "force_error")
 LEGEND = (
     "A hand of 150 N/m on a device of 0.3 kg presses 3 cm into a wall of 10 kN/m and 100 N s/m, "
     "holds for 4 s and lets go, in the master's units. Cases: free, without the wall; wall; loss, "
@@ -52,6 +54,7 @@ LEGEND = (
     "the hand's spring could give, and the ripple is below a quarter of the hand's 6 N. Of a run "
     "that is not, only peak and energy are given.\n"
     "- peak: of the force at the master, before the limit of its actuators.\n"
+    "- shown, felt: mean force at the master and at the tool in the last second of the press.\n"
     "- contact: share of the last second of the press in which the tool is touched.\n"
     "- error: tool from master in that second, with the delay removed, rms; in the case free all "
     "along.\n"

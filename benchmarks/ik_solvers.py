@@ -32,8 +32,8 @@ from pydrake.solvers import NloptSolver, SnoptSolver, SolverOptions
 from scara_drake import ik, robot
 from scara_drake.common.resources import resource
 from scara_drake.ik import closed_form
-from scara_drake.ik.kernels.dpso import dpso_kernel
 from scara_drake.ik.kernels.follow import Iteration, follow_kernel
+from scara_drake.ik.kernels.multistart import multistart_kernel
 from scara_drake.ik.kernels.solutions import MOST, nearest_kernel
 from scara_drake.ik.options import InverseJacobianOptions
 from scara_drake.ik.result import ROTATION_LENGTH
@@ -124,7 +124,7 @@ def pose_methods(targets: Targets) -> list[Solver]:
     p, R = _parts(targets)
     start, work = np.array([MAST, *HOME[1:]]), np.empty((MOST, 6))
 
-    def dpsoij_kernel(k: int) -> Array:
+    def one_kernel(k: int) -> Array:
         q = np.empty(6)
         robust_kernel(p[k], R[k], first_joint, start, k, q)
         return q
@@ -134,18 +134,19 @@ def pose_methods(targets: Targets) -> list[Solver]:
         nearest_kernel(p[k], R[k], first_joint, start, work, q)
         return q
 
-    def search_kernel(k: int) -> Array:
+    def draws_kernel(k: int) -> Array:
         q = start.copy()
-        dpso_kernel(p[k], R[k], first_joint, k, q)
+        multistart_kernel(p[k], R[k], first_joint, k, q)
         return q
 
     return [
-        Solver("dpsoij: solve", True, public("dpsoij"), "÷ solve"),
-        Solver("dpsoij: kernel", True, dpsoij_kernel, "÷ kernel"),
+        Solver("robust: solve", True, public("robust"), "÷ solve"),
+        Solver("robust: kernel", True, one_kernel, "÷ kernel"),
         Solver("closed_form: solve", True, public("closed_form")),
         Solver("closed_form: kernel", True, closed_form_kernel),
+        Solver("least squares from draws: kernel", True, draws_kernel),
+        Solver("dpsoij: solve", True, public("dpsoij")),
         Solver("dpso: solve", True, public("dpso")),
-        Solver("dpso: kernel", True, search_kernel),
         Solver("dpso, no polish: solve", True, public("dpso", polish=False)),
     ]
 
@@ -171,7 +172,8 @@ def path_methods(targets: Targets) -> list[Solver]:
         return closed_form.solve_batch(targets.X_WE[k], joints="arm", q_seed=targets.q[k])[0]
 
     return [
-        Solver("dpsoij: solve_path", True, public("dpsoij"), "÷ solve"),
+        Solver("robust: solve_path", True, public("robust"), "÷ solve"),
+        Solver("dpsoij: solve_path", True, public("dpsoij")),
         Solver("inv. Jacobian: kernel", True, follow(targets), "÷ kernel"),
         Solver("inv. Jacobian: solve_path", True, public("inverse_jacobian")),
         Solver("closed_form: solve_path", True, public("closed_form")),

@@ -54,7 +54,7 @@ def evaluations(parameters: Dpso, count: int, seed: int) -> Array:
     spent = np.empty(count)
     for k, X in enumerate(kinematics.forward_kinematics(postures)):
         p, R, q = X[:3, 3].copy(), X[:3, :3].copy(), postures[k].copy()
-        spent[k], *_ = dual_search_kernel(parameters, False, p, R, 1, seed + k, np.empty((0, 2)), q)
+        spent[k], *_ = dual_search_kernel(parameters, p, R, 1, seed + k, np.empty((0, 2)), q)
     return spent
 
 

@@ -3,9 +3,9 @@
 from importlib.metadata import version
 from pathlib import Path
 
-from scara_drake.common.kernel_cache import remove_stale_kernels
+from scara_drake.common.kernel_cache import prepare_kernel_cache
 
-remove_stale_kernels(Path(__file__).parent)  # before any kernel is loaded
+prepare_kernel_cache(Path(__file__).parent)  # before any kernel is loaded
 
 from scara_drake import kinematics  # noqa: E402 - see above
 from scara_drake.recordings.files import load_recording, save_recording  # noqa: E402

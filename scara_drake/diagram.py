@@ -18,7 +18,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from scara_drake.scenario import Scenario, check_scenario
 from scara_drake.wiring import Signals
 from scara_drake.wiring.control import add_control, add_drives, add_forces
-from scara_drake.wiring.operators import add_operator, start_posture
+from scara_drake.wiring.operators import add_operator, start_answer, start_posture
 from scara_drake.wiring.plant import add_plant
 from scara_drake.wiring.show import add_export, add_scene
 
@@ -35,10 +35,12 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
         ValueError: the scenario is not valid, or its first tool command cannot be reached.
     """
     check_scenario(scenario)
-    builder, q_start = DiagramBuilder(), start_posture(scenario)
+    builder, answer = DiagramBuilder(), start_answer(scenario)
+    q_start = start_posture(scenario) if answer is None else answer.q
     signals: Signals = {}
-    for add in (add_plant, add_operator, add_control, add_drives, add_forces, add_export):
+    for add in (add_plant, add_operator, add_control, add_drives, add_forces):
         signals = add(builder, scenario, q_start, signals)
+    add_export(builder, scenario, answer, signals)
     if meshcat is not None:
         add_scene(builder, scenario, signals, meshcat)
     diagram = builder.Build()

@@ -214,7 +214,6 @@ class Wall(NamedTuple):
 
 def walls(recording: xr.Dataset) -> list[Wall]:
     """Return the walls of the scenario that a recording was made of, and no other surfaces."""
-    found = surfaces_of(recording.attrs["scenario"])
     return [
         Wall(
             name=str(wall["name"]),
@@ -224,7 +223,7 @@ def walls(recording: xr.Dataset) -> list[Wall]:
             stiffness=float(wall["stiffness"]),
             damping=float(wall["damping"]),
         )
-        for wall in found
+        for wall in surfaces_of(recording.attrs["scenario"])
         if wall[KIND] == "Wall"
     ]
 

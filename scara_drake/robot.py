@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 
 TOOL_FRAME: Final = "tool"
+NEGLIGIBLE: Final = 1e-6  # [kg]; a lighter payload is none, and would only meet rounding
 
 
 @dataclass
@@ -53,7 +54,7 @@ def add_scara(plant: MultibodyPlant, model: RobotModel | None = None) -> ModelIn
         (instance,) = parser.AddModels(resource("models", "scara6.urdf"))
     else:
         (instance,) = parser.AddModelsFromString(_scaled_urdf(model.mass_scale), "urdf")
-    if model.payload_mass > 0.0:
+    if model.payload_mass > NEGLIGIBLE:
         point = SpatialInertia(model.payload_mass, np.zeros(3), UnitInertia(0.0, 0.0, 0.0))
         payload = plant.AddRigidBody("payload", instance, point)
         tool = plant.GetFrameByName(TOOL_FRAME, instance)
@@ -95,21 +96,38 @@ def nominal_inertias() -> Array:
     return inertias
 
 
-@lru_cache(maxsize=1)
-def inverse_mass_matrices() -> Array:
-    """M(q)^-1 (n, 6, 6) of the robot over a grid of postures [1/kg, 1/(kg m²)].
+def drive_accelerations() -> Array:
+    """What the drives' effort limits give the nominal inertias (6,) [m/s², rad/s²]."""
+    return np.asarray(joints.EFFORT / nominal_inertias(), dtype=np.float64)
 
-    The grid spans joints 3 to 5: the matrix does not depend on the mast nor on joint 2, and on
-    the roll of the tool by joint 6 to less than 0.01 kg m².
+
+def inverse_mass_matrices(model: RobotModel | None = None) -> Array:
+    """M(q)^-1 (n, 6, 6) of a robot over a grid of postures [1/kg, 1/(kg m²)].
+
+    The grid spans joints 3 to 5, and joint 6 where a payload is beside its axis: the matrix does
+    not depend on the mast nor on joint 2, and on the roll of the bare tool to less than 0.01 kg m².
+
+    Args:
+        model: None is the nominal robot.
     """
+    m = model or RobotModel()
+    offset = tuple(m.payload_offset) if m.payload_mass > NEGLIGIBLE else (0.0, 0.0, 0.0)
+    return _inverse_mass_matrices(tuple(m.mass_scale), m.payload_mass, offset)
+
+
+@lru_cache(maxsize=8)
+def _inverse_mass_matrices(
+    mass_scale: tuple[float, ...], payload_mass: float, payload_offset: tuple[float, ...]
+) -> Array:
     plant = MultibodyPlant(time_step=0.0)
-    add_scara(plant)
+    add_scara(plant, RobotModel(list(mass_scale), payload_mass, list(payload_offset)))
     plant.Finalize()
     context = plant.CreateDefaultContext()
     q = joints.HOME.copy()
     matrices = []
     axes = (np.linspace(joints.LOWER[i], joints.UPPER[i], 13) for i in (3, 4))
-    for q[2], q[3], q[4] in product(np.linspace(-np.pi, np.pi, 13), *axes):
+    rolls = np.linspace(-np.pi, np.pi, 8, endpoint=False) if any(payload_offset[:2]) else [0.0]
+    for q[2], q[3], q[4], q[5] in product(np.linspace(-np.pi, np.pi, 13), *axes, rolls):
         plant.SetPositions(context, q)
         matrices.append(plant.CalcMassMatrix(context))
     inverses: Array = np.linalg.inv(np.array(matrices, dtype=np.float64))
@@ -117,14 +135,26 @@ def inverse_mass_matrices() -> Array:
     return inverses
 
 
-def chatter_number(gain: Array, period: float) -> float:
+def lightness(model: RobotModel | None = None) -> float:
+    """Largest factor by which an effort accelerates a robot more than the nominal one.
+
+    It is max over postures of lambda_max(M(q)^-1 M_nominal(q)). A payload, which makes it smaller,
+    is left out.
+    """
+    bare = RobotModel(model.mass_scale) if model else None
+    ratios = inverse_mass_matrices(bare) @ np.linalg.inv(inverse_mass_matrices())
+    return float(np.linalg.eigvals(ratios).real.max())
+
+
+def chatter_number(gain: Array, period: float, model: RobotModel | None = None) -> float:
     """T_s max over postures of lambda_max(M(q)^-1 diag(gain)); below 2 the loop does not chatter.
 
     Args:
         gain: effort per unit of sigma (6,) [N s/m, N m s/rad], m_hat (rho / phi + k).
         period: T_s [s].
+        model: of the robot; None is the nominal one.
     """
     # D^1/2 M^-1 D^1/2 is symmetric and has the same eigenvalues.
     root = np.sqrt(gain)
-    symmetric = inverse_mass_matrices() * root * root[:, None]
+    symmetric = inverse_mass_matrices(model) * root * root[:, None]
     return period * float(np.linalg.eigvalsh(symmetric)[:, -1].max())

@@ -6,19 +6,20 @@ in its union here.
 """
 
 import copy
+import re
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
-from pydrake.common.yaml import yaml_load
-
 from scara_drake import joints
 from scara_drake.channel.links import Channel
 from scara_drake.common import checks
+from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import build, yaml_of
+from scara_drake.common.yaml_text import read_yaml
 from scara_drake.control.contract import ControllerPart, check_controller
 from scara_drake.control.governor import ReferenceGovernor
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
@@ -42,7 +43,7 @@ from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
-from scara_drake.wiring.operators import wiring_of
+from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
@@ -53,6 +54,10 @@ else:
 
 # Systems with random numbers of their own; the order decides their seeds.
 STREAMS = ("uplink", "downlink", "encoder")
+
+
+class UnusedSetting(UserWarning):
+    """A field was set that does nothing in this scenario."""
 
 
 @dataclass
@@ -127,8 +132,13 @@ class Scenario:
         checks.number("duration", self.duration, self.time_step, 86400.0)
         if self.q0 is not None:
             joints.check_configuration("q0", self.q0)
-        if "/" in self.name or self.name.startswith("."):
-            raise ValueError(f"name: '{self.name}', allowed a word without '/'")
+        if self.name:
+            checks.word("name", self.name)
+        if len(self.description) > 500 or not all(c.isprintable() for c in self.description):
+            raise ValueError(
+                f"description: {checks.shown(self.description)}, allowed one line of up to 500 "
+                "characters"
+            )
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:
@@ -151,7 +161,7 @@ def check_scenario(scenario: Scenario) -> None:
     """
     check_controller(scenario.controller)
     check(scenario, "")
-    check_sampling(scenario, "", scenario.time_step)
+    check_sampling(scenario, "", scenario.time_step, model=scenario.robot)
 
 
 def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = None) -> Scenario:
@@ -163,22 +173,30 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
             word given for a list sets every entry; a string is read as YAML, so tags such as
             ``"!SineDelay {}"`` choose another kind of part.
 
+    Warns:
+        UnusedSetting: a field was set that the scenario's operator has no use for.
+
     Raises:
         ValueError: no such scenario, unknown key, wrong type, or a number out of its bounds.
     """
     path = _find(name_or_path)
+    file = shown(path.name, quotes=False)
     try:
-        data = yaml_load(filename=str(path), private=True)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path.name}: not YAML, {_one_line(error)}") from None
+        data = read_yaml(path.read_text(encoding="utf-8"), file)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file}: {shown(error, 160)}, allowed a text in UTF-8") from None
     if not isinstance(data, dict):
-        raise ValueError(f"{path.name}: {type(data).__name__}, allowed a map of scenario fields")
+        raise ValueError(f"{file}: {type(data).__name__}, allowed a map of scenario fields")
+    in_file = list(data)
     for key, value in (overrides or {}).items():
         _override(data, key, value)
     scenario = build(Scenario, data)
-    scenario.name = scenario.name or path.stem
+    scenario.name = scenario.name or re.sub(r"[^\w.,+=()-]|^\W", "_", path.stem)[:100]
     resolve_files(scenario, path.parent)
     check_scenario(scenario)
+    own = [name for name in in_file if getattr(scenario, name) != getattr(Scenario(), name)]
+    for sentence in unused_settings(scenario, dict.fromkeys([*own, *(overrides or {})])):
+        warnings.warn(sentence, UnusedSetting, stacklevel=2)
     return scenario
 
 
@@ -201,7 +219,7 @@ def parse_overrides(settings: list[str]) -> dict[str, Any]:
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not (key and equals):
-            raise ValueError(f"--set: '{setting}', allowed KEY=VALUE")
+            raise ValueError(f"--set: {shown(setting)}, allowed KEY=VALUE")
         pairs[key] = value
     return pairs
 
@@ -215,27 +233,39 @@ def _find(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml"):
         if not path.is_file():
-            raise ValueError(f"scenario: '{path}', allowed a YAML file that exists")
+            raise ValueError(f"scenario: {shown(str(path))}, allowed a YAML file that exists")
         return path
     checks.choice("scenario", str(name_or_path), scenario_names())
     return resource("diagrams", f"{name_or_path}.yaml")
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
 def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
     """Set one dotted key in the data of a YAML file, in place."""
     if isinstance(value, str):
-        try:
-            # Of an empty text pydrake would want to know the file.
-            value = yaml_load(data=value, private=True) if value.strip() else None
-        except yaml.YAMLError as error:
-            raise ValueError(f"{dotted}: {value}, not YAML: {_one_line(error)}") from None
+        value = read_yaml(value, shown(dotted, quotes=False))
     *parents, last = dotted.split(".")
+    place: Any = data
     for parent in parents:
-        data = data.setdefault(parent, {})
-        if not isinstance(data, dict):
-            raise ValueError(f"{dotted}: '{parent}' has no fields, allowed the path of a field")
-    data[last] = copy.deepcopy(value)
+        if isinstance(place, dict):
+            place = place.setdefault(parent, {})
+        else:
+            place = place[_entry_of(place, parent, dotted)]
+        if not isinstance(place, dict | list):
+            raise ValueError(
+                f"{shown(dotted, quotes=False)}: {shown(parent)} has no fields, allowed the path "
+                "of a field"
+            )
+    entry = last if isinstance(place, dict) else _entry_of(place, last, dotted)
+    place[entry] = copy.deepcopy(value)
+
+
+def _entry_of(place: list[Any], key: str, dotted: str) -> int:
+    """Return the index that a word of a dotted key means in a list.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not key.isdecimal() or len(key) > 6 or int(key) >= len(place):
+        allowed = f"0 to {len(place) - 1}" if place else "none: the list is empty"
+        raise ValueError(f"{shown(dotted, quotes=False)}: no entry {shown(key)}, allowed {allowed}")
+    return int(key)

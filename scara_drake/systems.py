@@ -4,6 +4,7 @@ from scara_drake.channel.packets import PacketChannel
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.channel.watch import CommandWatchSystem
 from scara_drake.control.contact_estimate import ContactForceEstimator
+from scara_drake.control.effort_limit import EffortLimit
 from scara_drake.control.governor import ReferenceGovernorSystem
 from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
 from scara_drake.control.inverse_dynamics import FiniteStates, IntegralAction
@@ -32,6 +33,7 @@ __all__ = [
     "CommandWatchSystem",
     "ContactForceEstimator",
     "ContinuousLayer",
+    "EffortLimit",
     "EncoderSystem",
     "FiniteStates",
     "HapticOutput",

@@ -35,7 +35,7 @@ class Arm:
     master: Master = field(default_factory=Master)
     wall: Wall = field(default_factory=Wall)
     inverse_kinematics: InverseKinematics = field(
-        default_factory=lambda: InverseKinematics(bandwidth=100.0, max_acceleration=10.0)
+        default_factory=lambda: InverseKinematics(bandwidth=400.0, max_acceleration=10.0)
     )
 
     def diagram(self, log: bool = True) -> Diagram:

@@ -99,7 +99,7 @@ class Rig:
     damping: float = 100.0  # [N s/m]
     max_speed: float = 0.5
     max_acceleration: float = 10.0
-    bandwidth: float = 100.0
+    bandwidth: float = 400.0
     lag: int = 3  # ticks from the limiter to the tool
     limit: float = np.inf
 
@@ -142,6 +142,12 @@ class Rig:
             result,
         )
         return result
+
+
+def energy_left(result: np.ndarray) -> np.ndarray:
+    """Energy [J] that coupling and channel hold at each tick, without the reserve."""
+    came_in = result[:, E_IN_M] + result[:, E_IN_S]
+    return came_in - result[:, E_OUT_M] - result[:, E_OUT_S]
 
 
 def arrivals(delay: Delay, steps: int, loss: float = 0.0, seed: int = 0) -> np.ndarray:

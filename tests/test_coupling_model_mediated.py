@@ -1,13 +1,18 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from coupling_rig import F_M, PROFILES, X_M, X_S, Rig, arrivals
-from hypothesis import given, settings
+from coupling_rig import E_IN_M, E_OUT_M, F_ENV, F_M, PROFILES, X_M, X_S, Rig, arrivals
+from hypothesis import given
 from hypothesis import strategies as st
+from strategies import examples
+from strategies.channels import Conditions, conditions
+from strategies.hands import hands
 
 from scara_drake.common.fields import check
-from scara_drake.coupling.model_mediated import ModelMediated
+from scara_drake.coupling.model_mediated import ModelMediated, press
 from scara_drake.coupling.surface_model import (
     FIT,
     MODEL,
@@ -16,6 +21,7 @@ from scara_drake.coupling.surface_model import (
     read_surface,
     render,
 )
+from scara_drake.operator.master import Master
 
 
 def fitted(x: np.ndarray, v: np.ndarray, f: np.ndarray) -> Model:
@@ -26,7 +32,7 @@ def fitted(x: np.ndarray, v: np.ndarray, f: np.ndarray) -> Model:
     return MODEL.unpack(model)
 
 
-@settings(deadline=None, max_examples=60)
+@examples(60)
 @given(
     stiffness=st.floats(200.0, 5e4),
     damping=st.floats(0.0, 500.0),
@@ -90,6 +96,49 @@ def test_the_wall_is_felt_where_it_is_whatever_the_delay(profile: str) -> None:
     assert result[hold, F_M].mean() == pytest.approx(-4.43, abs=0.15)
     assert result[hold, X_M].mean() == pytest.approx(-0.01044, abs=1.5e-3)
     assert abs(result[-500:, X_M] - result[-500:, X_S]).max() < 1e-3
+
+
+STEADY: dict[str, Conditions] = {
+    "none": Conditions(),
+    "0.1 s": Conditions(delay=0.1),
+    "lossy": Conditions(delay=0.1, spread=0.1, loss=0.3, seed=1),
+}
+
+
+@pytest.mark.parametrize("force_scale", [1.0, 0.3])
+@pytest.mark.parametrize("channel", STEADY)
+def test_the_tool_presses_with_the_force_that_is_shown(channel: str, force_scale: float) -> None:
+    up = STEADY[channel]
+    down = replace(up, seed=up.seed + 1)
+    coupling = ModelMediated(force_scale=force_scale)
+    result = Rig().run(coupling, up.shown(6000), down.shown(6000), 6.0)
+    hold = result[:, 0] > 5.0
+    shown, felt = -result[hold, F_M].mean(), force_scale * result[hold, F_ENV].mean()
+    assert shown == pytest.approx(0.03 / (1.0 / 150.0 + 1.0 / (force_scale * 1e4)), rel=0.05)
+    assert felt == pytest.approx(shown, rel=0.02)
+
+
+@given(spring=st.floats(-50.0, 50.0), shown=st.floats(-50.0, 50.0))
+def test_the_press_is_bounded_by_spring_and_shown_force(spring: float, shown: float) -> None:
+    force = press(spring, shown)
+    # Never against what is shown, never more than the larger; nothing beyond the spring's reach.
+    assert abs(force) <= max(abs(spring), abs(shown)) + 1e-12
+    assert abs(force - spring) <= abs(shown) + 1e-12
+    assert press(spring, 0.0) == spring
+    if 0.0 <= spring <= shown:
+        assert force == pytest.approx(shown)
+
+
+@examples(60)
+@given(hand=hands(6.0), up=conditions(0.3), down=conditions(0.3))
+def test_what_is_rendered_is_passive_for_brisk_hands(
+    hand: Master, up: Conditions, down: Conditions
+) -> None:
+    result = Rig(master=hand).run(ModelMediated(), up.shown(6000), down.shown(6000), 6.0)
+    # The model may store 0.1 W under the hand; the sampled spring is paid by its damping.
+    allowed = ModelMediated().power * result[:, 0] + 0.01
+    assert np.all(result[:, E_OUT_M] - result[:, E_IN_M] <= allowed)
+    assert abs(result[:, X_M]).max() < 0.3  # the hand itself goes to 0.2 m
 
 
 def test_wrong_fields_are_named() -> None:

@@ -18,6 +18,8 @@ from virtual_pad import VirtualPad, load_sdl
 from scara_drake.common.fields import check
 from scara_drake.operator.devices import AxisMap, PygameDevice, find_device
 from scara_drake.operator.joystick import JoystickSource
+from scara_drake.scenario import load_scenario
+from scara_drake.simulation.run import simulate
 
 pytestmark = [
     pytest.mark.device,
@@ -134,6 +136,45 @@ def test_a_twin_in_use_does_not_take_the_place_of_the_lost_one(pad: VirtualPad) 
     newcomer.unplug()
 
 
+def test_an_equal_pad_that_was_there_does_not_take_the_place_of_the_lost_one(
+    pad: VirtualPad,
+) -> None:
+    device = PygameDevice()
+    equal = VirtualPad()  # comes while ours is there; nobody uses it
+    equal.axis(0, -0.5)
+    pad.axis(0, 0.5)
+    held = device.read()
+    pad.unplug()
+    newcomer = VirtualPad("Other Stick")  # makes the lost one look around
+    for _ in range(3):
+        np.testing.assert_array_equal(device.read(), held)
+    assert not device.connected
+    pad.plug()
+    device.read()
+    assert device.connected
+    equal.unplug()
+    newcomer.unplug()
+
+
+def test_a_short_loss_is_seen_by_one_read(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    device.read()
+    pad.unplug()
+    pad.plug()
+    device.read()
+    assert not device.connected
+    device.read()
+    assert device.connected
+
+
+def test_any_button_counts_as_pressed(pad: VirtualPad) -> None:
+    device = PygameDevice()
+    for down in (False, True, False):
+        pad.button(1, down)
+        device.read()
+        assert device.pressed is down
+
+
 def test_two_devices_both_hear_of_a_removal(pad: VirtualPad) -> None:
     second_pad = VirtualPad("Second Pad")
     first, second = PygameDevice(0), PygameDevice(1)
@@ -212,6 +253,7 @@ def test_source_follows_the_stick_through_a_run_and_holds_when_unplugged(pad: Vi
     simulator = Simulator(source)
     context = simulator.get_context()
     port = source.GetOutputPort("joystick_axes")
+    simulator.AdvanceTo(0.005)
     np.testing.assert_array_equal(port.Eval(context), np.zeros(5))
     pad.axis(1, -0.5)
     simulator.AdvanceTo(0.025)
@@ -219,3 +261,36 @@ def test_source_follows_the_stick_through_a_run_and_holds_when_unplugged(pad: Vi
     pad.unplug()
     simulator.AdvanceTo(0.055)
     np.testing.assert_allclose(port.Eval(context), [0, -0.5, 0, 0, 0], atol=RESOLUTION)
+
+
+def test_a_pad_lost_in_a_run_stops_the_mast_and_is_recorded(pad: VirtualPad) -> None:
+    settings = {"operator.device": "joystick", "operator.axes.z": 3, "logging.period": 0.01}
+    scenario = load_scenario("free_motion", settings | {"duration": 0.6})
+    pad.axis(3, -1.0)  # a trigger at rest
+    moves = {0.1: lambda: pad.hat(0, 1), 0.3: pad.unplug}
+    read = PygameDevice.read
+
+    def scripted(device: PygameDevice) -> np.ndarray:
+        scripted.reads += 1  # type: ignore[attr-defined]  # a counter on the function
+        moves.get(round((scripted.reads - 2) * 0.01, 2), lambda: None)()  # type: ignore[attr-defined]
+        return read(device)
+
+    scripted.reads = 0  # type: ignore[attr-defined]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(PygameDevice, "read", scripted)
+        recording = simulate(scenario)
+    assert recording.attrs["device"] == "Virtual Pad"
+    connected = recording.device_connected.values
+    lost = int(np.argmin(connected))
+    assert 0 < lost < connected.size - 20
+    np.testing.assert_array_equal(connected, np.arange(connected.size) < lost)
+    assert recording.joystick_axes.sel(stick="mast_hat").values[lost - 1] == 1.0
+    np.testing.assert_array_equal(recording.joystick_axes.values[lost:], 0.0)
+    height = recording.p_WE_commanded.sel(axis="z").values
+    assert height[lost] > height[0] + 0.01
+    np.testing.assert_allclose(height[lost + 1 :], height[lost + 1], atol=1e-12)
+
+
+def test_the_recording_says_that_a_trace_was_played() -> None:
+    scenario = load_scenario("free_motion", {"operator.device": "auto", "duration": 0.01})
+    assert simulate(scenario).attrs["device"] == "trace operator_trace.csv"

@@ -139,6 +139,8 @@ def test_a_force_that_is_not_finite_stops_the_low_motor_without_a_burst(bad: flo
 
 class FakeDevice:
     name = "fake"
+    connected = True
+    pressed = False
 
     def __init__(self) -> None:
         self.pulses: list[tuple[float, float, int]] = []

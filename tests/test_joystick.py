@@ -12,6 +12,8 @@ from scara_drake.vectors import STICK_NAMES
 
 class FakeDevice:
     name = "fake"
+    connected = True
+    pressed = False
 
     def __init__(self, samples: list[list[float]]) -> None:
         self._samples = list(samples)
@@ -92,7 +94,7 @@ def test_device_starts_at_zero_is_read_once_a_period_and_only_in_events() -> Non
 def test_samples_that_are_not_finite_are_dropped(bad: float) -> None:
     good, spoilt = [0.1, 0.2, 0.3, 0.4, 1.0], [0.9, 0.9, bad, 0.9, 0.9]
     for source in (
-        JoystickSource(FakeDevice([good, spoilt])),
+        JoystickSource(FakeDevice([[0.0] * 5, good, spoilt])),
         JoystickSource((np.array([0.0, 0.01]), np.array([good, spoilt]))),
     ):
         _, data = log(source, 0.05)

@@ -60,7 +60,7 @@ BAD = [
     (["run", "joint_sine", "--set", "operator.base=[1,0,0,0,0,0]"], "operator.base: d1 = 1 m"),
     (["run", "teleoperation", "--set", "channel.up.delay=7"], "channel.up"),
     (["run", "teleoperation", "--set", "operator.trace=no.csv"], "no.csv"),
-    (["run", "joint_sine", "--record", "out.csv"], "output: 'out.csv', allowed a file that ends"),
+    (["run", "joint_sine", "--record", "out.csv"], "--record: 'out.csv', allowed a file that ends"),
     (["run", "joint_sine", "--no-meshcat", "--html", "a.html"], "--html: needs the scene"),
     (["run", "teleoperation", "--set", "operator.device=joystick"], "joystick"),
 ]
@@ -147,7 +147,7 @@ def test_diagrams_lists_and_draws(capsys, tmp_path):
 
 def test_show_opens_the_model_with_a_slider_for_each_joint(capsys, monkeypatch):
     meshcat = Meshcat()
-    monkeypatch.setattr(show, "Meshcat", lambda: meshcat)
+    monkeypatch.setattr(show, "start_meshcat", lambda host, port: meshcat)
     status, out, _ = run_line(capsys, "show", "--once")
     assert status == 0
     assert meshcat.web_url() in out

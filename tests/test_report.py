@@ -1,7 +1,9 @@
 import re
 
+import pytest
 import xarray as xr
 
+from scara_drake.experiments import EXPERIMENTS, __main__
 from scara_drake.experiments.claim import (
     IN_KIND,
     NOT_COMPARABLE,
@@ -50,3 +52,27 @@ def test_verdicts_are_counted_by_experiment():
     assert table.loc["two"].tolist() == [1, 0, 0, 0, 1]
     assert table.loc["All"].tolist() == [2, 0, 1, 0, 3]
     assert table.to_numpy().dtype == int
+
+
+def test_all_are_run_in_one_table(monkeypatch, capsys):
+    def made(seed):
+        return Experiment("Table 0", xr.Dataset(), [*CLAIMS, Claim("s", "p", "o", None, "r")])
+
+    monkeypatch.setattr(__main__, "EXPERIMENTS", {"table_0": made, "other": made})
+    assert __main__.main([]) == 0
+    out = capsys.readouterr().out
+    assert out.count("Table 0") == 2
+    assert out.count("it is exact") == 2
+    counts = "6 claims: 2 reproduced, 0 reproduced in kind, 2 not reproduced, 2 not comparable"
+    assert out.endswith(counts + "\n")
+    assert __main__.main(["other", "--reasons"]) == 0
+    assert "the encoder is coarse" in capsys.readouterr().out
+
+
+def test_an_unknown_name_is_answered_by_those_there_are(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        __main__.main(["table_99"])
+    assert stopped.value.code == 2
+    error = capsys.readouterr().err
+    assert "NAME: table_99, allowed" in error
+    assert all(name in error for name in EXPERIMENTS)

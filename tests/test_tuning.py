@@ -29,7 +29,7 @@ SHORT = 0.05  # [s]
 class QuickRule(IntegralSlidingMode):
     """A rule that takes no time to check: that of a drive with its nominal inertia alone."""
 
-    def check_sampling(self, name, period):
+    def check_sampling(self, name, period, model=None):
         if (period * (np.divide(self.rho, self.phi) + self.k) >= 2.0).any():
             raise ValueError("chatters")
 
@@ -175,7 +175,7 @@ class OwnGains:
     on: list[bool] = field(default_factory=lambda: [True, False])
     scalar: float = 1.0
 
-    def check_sampling(self, name, period):
+    def check_sampling(self, name, period, model=None):
         if self.p[0] > 15.0:
             raise ValueError("too stiff")
 

@@ -54,6 +54,7 @@ def load_sdl() -> ctypes.CDLL | None:
     sdl.SDL_JoystickClose.restype = None
     sdl.SDL_JoystickSetVirtualAxis.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_int16]
     sdl.SDL_JoystickSetVirtualHat.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_uint8]
+    sdl.SDL_JoystickSetVirtualButton.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_uint8]
     return sdl
 
 
@@ -61,7 +62,12 @@ class VirtualPad:
     """A plugged in joystick whose axes and hat the test sets; `rumbles` is what reached it."""
 
     def __init__(
-        self, name: str = "Virtual Pad", axes: int = 4, hats: int = 1, motors: bool = True
+        self,
+        name: str = "Virtual Pad",
+        axes: int = 4,
+        hats: int = 1,
+        motors: bool = True,
+        buttons: int = 2,
     ) -> None:
         sdl = load_sdl()
         assert sdl is not None
@@ -74,6 +80,7 @@ class VirtualPad:
             version=1,
             type=_GAMEPAD,
             naxes=axes,
+            nbuttons=buttons,
             nhats=hats,
             name=name.encode(),
             rumble=self._callback,
@@ -110,3 +117,7 @@ class VirtualPad:
     def hat(self, index: int, vertical: int) -> None:
         """Press a hat up (1), down (-1) or let it go (0)."""
         assert self._sdl.SDL_JoystickSetVirtualHat(self._handle, index, _HATS[vertical]) == 0
+
+    def button(self, index: int, down: bool) -> None:
+        """Press a button or let it go."""
+        assert self._sdl.SDL_JoystickSetVirtualButton(self._handle, index, int(down)) == 0

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, Final
 
@@ -25,7 +29,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         # Only now: what a command needs takes seconds to import, and may not be installed.
         module = _module_of(options.command, options.module, options.extra)
-        status: int = module.run(options, Console()) or 0
+        with _told(errors):
+            status: int = module.run(options, Console()) or 0
     except ValueError as error:
         if options.traceback:
             raise
@@ -39,6 +44,33 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return status
+
+
+@contextmanager
+def _told(console: Console) -> Iterator[None]:
+    """Let warnings and notes of the package be lines on the console, each once."""
+
+    def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if issubclass(category, UserWarning):
+            console.print(f"scara-drake: warning: {message}", markup=False, highlight=False)
+        else:
+            before(message, category, *rest, **more)
+
+    notes = logging.getLogger("scara_drake")
+    handler = logging.Handler()
+    handler.emit = lambda record: console.print(  # type: ignore[method-assign]  # it is one line
+        record.getMessage(), markup=False, highlight=False
+    )
+    notes.addHandler(handler)
+    notes.setLevel(logging.INFO)
+    with warnings.catch_warnings():
+        before = warnings.showwarning
+        warnings.showwarning = show
+        warnings.simplefilter("always", UserWarning)
+        try:
+            yield
+        finally:
+            notes.removeHandler(handler)
 
 
 def _module_of(command: str, name: str, extra: str) -> Any:

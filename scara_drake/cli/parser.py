@@ -44,8 +44,15 @@ on where it was, and a larger --trials adds to it. Ctrl-C writes the best gains 
   scara-drake run runs/joint_sine_tuned.yaml
 """
 # Of `scara_drake.ik`, whose import takes seconds.
-IK_METHODS: Final = ("closed_form", "inverse_jacobian", "pso", "dpso", "dpsoij")
-IK_METHOD: Final = "dpsoij"
+IK_METHODS: Final = (
+    "closed_form",
+    "robust",
+    "inverse_jacobian",
+    "pso",
+    "dpso",
+    "dpsoij",
+)
+IK_METHOD: Final = "robust"
 POSE_COLUMNS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -90,17 +97,30 @@ def _add_scenario(parser: argparse.ArgumentParser, what: str) -> None:
 def _add_run(commands: Any) -> None:
     parser = commands.add_parser("run", help="simulate a scenario and record it")
     _add_scenario(parser, "name of a shipped scenario, or a YAML file")
+    parser.add_argument(
+        "--duration", type=float, metavar="T", help="of the run [s] (default: the scenario's)"
+    )
     parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
+    _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
 
 
 def _add_show(commands: Any) -> None:
     parser = commands.add_parser("show", help="the model in Meshcat, a slider for each joint")
     parser.add_argument("--once", action="store_true", help="leave after the first picture")
+    _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.show", extra="")
+
+
+def _add_server(parser: argparse.ArgumentParser) -> None:
+    """Add where the scene is served."""
+    parser.add_argument(
+        "--host", default="", help="where the scene is served, * for all networks; default: here"
+    )
+    parser.add_argument("--port", type=int, help="default the first free one from 7000 on")
 
 
 def _add_diagrams(commands: Any) -> None:

@@ -10,13 +10,14 @@ from contextlib import nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
 
-from pydrake.geometry import Meshcat
 from rich.console import Console
 
 from scara_drake import metrics
+from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
+from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
 from scara_drake.scenario import load_scenario, parse_overrides
@@ -35,20 +36,25 @@ def run(options: argparse.Namespace, console: Console) -> int:
         RuntimeError: the run failed; says where what was recorded is kept.
         OSError: a file cannot be written.
     """
-    scenario = load_scenario(options.scenario, parse_overrides(options.set))
+    overrides = parse_overrides(options.set)
+    if options.duration is not None:
+        overrides["duration"] = options.duration
+    scenario = load_scenario(options.scenario, overrides)
     record = options.record or Path("runs") / f"{scenario.name}.nc"
-    for path, suffix in ((record, ".nc"), (options.html, ".html")):
-        _check_target(path, suffix)
+    check_output("--record", record, ".nc")
+    check_output("--html", options.html, ".html")
     if options.html and options.no_meshcat:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
+    if options.html:
+        options.html.parent.mkdir(parents=True, exist_ok=True)
     with (
         Journal(record.with_suffix(".journal")) as journal,
         DeferredInterrupt(*ENDING) as signals,
     ):
         _say_what_is_there(record, journal)
-        meshcat = None if options.no_meshcat else Meshcat()
+        meshcat = None if options.no_meshcat else start_meshcat(options.host, options.port)
         if meshcat is not None:
-            console.print(f"Scene: {meshcat.web_url()}")
+            console.print(f"Scene: {meshcat.web_url()} ({who_reaches(options.host)})")
             set_camera(meshcat, scenario.environment)
             if options.html:
                 start_recording(meshcat)
@@ -106,8 +112,3 @@ def _say_what_is_there(record: Path, journal: Journal) -> None:
 def _say(*lines: str) -> None:
     for line in lines:
         Console(stderr=True, soft_wrap=True, highlight=False).print(line, markup=False)
-
-
-def _check_target(path: Path | None, suffix: str) -> None:
-    if path is not None and (path.suffix != suffix or path.is_dir()):
-        raise ValueError(f"output: '{path}', allowed a file that ends in {suffix}")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
 
 import xarray as xr
 from rich.console import Console
@@ -36,6 +36,7 @@ def print_summary(
             table.add_row(*row)
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
+    print_first_posture(console, recording.attrs)
     if result.interrupted:
         console.print("Stopped early; what was simulated is recorded.")
     if result.late:
@@ -87,3 +88,13 @@ def _error(name: str, error: xr.DataArray, unit: str) -> Row:
         f"{1e3 * float(metrics.rmse(error)):.3f} {unit}",
         f"{1e3 * float(metrics.peak(error)):.3f} {unit}",
     )
+
+
+def print_first_posture(console: Console, attributes: Mapping[str, Any]) -> None:
+    """Print which method found the posture that the arm started from, if one did."""
+    if "first_posture_method" in attributes:
+        console.print(
+            f"First posture: found by {attributes['first_posture_method']} in "
+            f"{attributes['first_posture_evaluations']} evaluations, "
+            f"{1e3 * attributes['first_posture_seconds']:.1f} ms."
+        )

@@ -15,6 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from scara_drake import joints
+from scara_drake.cli.outputs import check_output
 from scara_drake.common.files import write_whole
 from scara_drake.scenario import Scenario, dump_scenario, load_scenario, parse_overrides
 from scara_drake.tuning.cost import Aim
@@ -30,8 +31,7 @@ def run(options: argparse.Namespace, console: Console) -> None:
     """
     start = load_scenario(options.scenario, parse_overrides(options.set))
     output = options.output or Path("runs") / f"{start.name}_tuned.yaml"
-    if output.suffix not in (".yaml", ".yml") or output.is_dir():
-        raise ValueError(f"--output: '{output}', allowed a file that ends in .yaml")
+    check_output("--output", output, ".yaml", ".yml")
     start = with_files_from(start, output.parent)
     with ExitStack() as shown:
         progress = Progress(

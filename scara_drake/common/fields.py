@@ -10,6 +10,7 @@ What a field means stands in the ``Attributes`` of its class. A rule between fie
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -136,18 +137,25 @@ def check(part: Any, path: str) -> None:
         together(path)
 
 
-def check_sampling(part: Any, path: str, period: float) -> None:
+def check_sampling(part: Any, path: str, period: float, **known: Any) -> None:
     """Ask a part, and the parts in it, whether they suit a time step [s].
+
+    Args:
+        part: a dataclass.
+        path: its name in the scenario.
+        period: the time step [s].
+        **known: what else a rule may ask for, by the names of its arguments: `model`, the robot.
 
     Raises:
         ValueError: one does not.
     """
     for name, spec, value in _fields(part):
         if spec is None and dataclasses.is_dataclass(value):
-            check_sampling(value, f"{path}.{name}" if path else name, period)
+            check_sampling(value, f"{path}.{name}" if path else name, period, **known)
     rule = getattr(part, "check_sampling", None)
     if rule is not None:
-        rule(path, period)
+        asked = inspect.signature(rule).parameters if known else {}
+        rule(path, period, **{name: value for name, value in known.items() if name in asked})
 
 
 def resolve_files(part: Any, folder: Path) -> None:

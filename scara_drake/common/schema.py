@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 import numpy as np
 import yaml
 
-from scara_drake.common import checks
+from scara_drake.common.checks import nearest, shown
+from scara_drake.common.yaml_text import TAG
 
 Part = TypeVar("Part")
-TAG = "_tag"  # under which pydrake's reader leaves the tag of a part with several kinds
 
 
 def build(schema: type[Part], data: dict[str, Any], path: str = "") -> Part:
@@ -39,8 +39,13 @@ def build(schema: type[Part], data: dict[str, Any], path: str = "") -> Part:
             continue
         where = f"{path}{key}"
         if key not in hints:
-            raise ValueError(f"{where}: unknown field, allowed {', '.join(hints)}")
+            raise ValueError(
+                f"{shown(where, quotes=False)}: unknown field, allowed {', '.join(hints)}"
+                f"{nearest(key, hints)}"
+            )
         default = getattr(defaults, key)
+        if isinstance(default, list) and isinstance(value, dict) and value:
+            value = _with_entries(default, value, where)
         if isinstance(default, list) and default and not isinstance(value, list | dict | None):
             value = [value] * len(default)
         values[key] = _value(hints[key], value, where)
@@ -108,7 +113,7 @@ def _value(hint: Any, value: Any, where: str) -> Any:
     (kind,) = kinds
     if typing.get_origin(kind) is list:
         if not isinstance(value, list):
-            raise ValueError(f"{where}: {value}, allowed a list")
+            raise ValueError(f"{where}: {shown(value, quotes=False)}, allowed a list")
         (item,) = typing.get_args(kind)
         return [_value(item, entry, f"{where}[{index}]") for index, entry in enumerate(value)]
     return _scalar(kind, value, where)
@@ -116,10 +121,18 @@ def _value(hint: Any, value: Any, where: str) -> Any:
 
 def _part(kinds: list[Any], value: Any, where: str) -> Any:
     if not isinstance(value, dict):
-        raise ValueError(f"{where}: {value}, allowed the fields of {_describe(kinds)}")
+        names = [kind.__name__ for kind in kinds]
+        raise ValueError(
+            f"{where}: {shown(value, quotes=False)}, allowed the fields of {_describe(kinds)}"
+            f"{nearest(str(value).removeprefix('!'), names, '!{} {{}}')}"
+        )
     by_name = {kind.__name__: kind for kind in kinds}
     tag = str(value.get(TAG, "!" + kinds[0].__name__)).removeprefix("!")
-    checks.choice(where, tag, by_name)
+    if tag not in by_name:
+        raise ValueError(
+            f"{where}: {shown(tag)}, allowed {', '.join(by_name)}"
+            f"{nearest(tag, by_name, '!{} {{}}')}"
+        )
     return build(by_name[tag], value, f"{where}.")
 
 
@@ -129,15 +142,30 @@ def _scalar(kind: Any, value: Any, where: str) -> Any:
             return float(value)  # YAML 1.1 takes 1e-3 for a text
         except ValueError:
             pass
+    said = f"{where}: {shown(value, quotes=False)}"
     if kind in (int, float) and not _is_number(value):
-        raise ValueError(f"{where}: {value}, allowed a number")
+        raise ValueError(f"{said}, allowed a number")
     if kind is int and not isinstance(value, int):
-        raise ValueError(f"{where}: {value}, allowed a whole number")
+        raise ValueError(f"{said}, allowed a whole number")
     if kind is bool and not isinstance(value, bool):
-        raise ValueError(f"{where}: {value}, allowed true or false")
+        raise ValueError(f"{said}, allowed true or false")
     if kind is str and not isinstance(value, str):
-        raise ValueError(f"{where}: {value}, allowed a text")
-    return float(value) if kind is float else value
+        raise ValueError(f"{said}, allowed a text")
+    try:
+        return float(value) if kind is float else value
+    except OverflowError:
+        raise ValueError(f"{said}, allowed a number that a float can hold") from None
+
+
+def _with_entries(default: list[Any], entries: dict[Any, Any], where: str) -> list[Any]:
+    """Return a list with some of its entries replaced: {"0": 5.0} is another first entry."""
+    changed = list(default)
+    for key, value in entries.items():
+        if not str(key).isdecimal() or len(str(key)) > 6 or int(key) >= len(changed):
+            allowed = f"0 to {len(changed) - 1}" if changed else "none: it is empty"
+            raise ValueError(f"{where}: no entry {shown(str(key))}, allowed {allowed}")
+        changed[int(key)] = value
+    return changed
 
 
 def _is_number(value: Any) -> bool:

@@ -2,9 +2,11 @@
 
 A torque m_hat g per unit of sigma, held over a period T_s, changes sigma of a single joint by
 -T_s g m_hat / M of itself: beyond 2 it overshoots for ever. For the arm the same holds for the
-eigenvalues of T_s M(q)^-1 diag(m_hat g), so over all postures::
+eigenvalues of T_s M(q)^-1 diag(m_hat g). When the effort flips from sample to sample the position
+flips with the velocity, by T_s / 2 of it, so sigma = e' + c e counts 1 + c T_s / 2 times. Over all
+postures of the robot that is simulated::
 
-    T_s max_q lambda_max( M(q)^-1 diag(m_hat g) ) < 2
+    T_s max_q lambda_max( M(q)^-1 diag(m_hat g (1 + c T_s / 2)) ) < 2
 
 where g is the slope of the law, rho / phi + k for integral sliding mode control. At 1 or less the
 loop is well damped, and bears one tick of delay.
@@ -12,10 +14,12 @@ loop is well damped, and bears one tick of delay.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from scara_drake.robot import chatter_number
+from scara_drake.robot import RobotModel, chatter_number
 
 Array = NDArray[np.float64]
 
@@ -23,11 +27,39 @@ LIMIT = 2.0
 LARGEST_LAYER = 1e6  # [m/s, rad/s], times the layer given
 
 
-def smallest_layer(m_hat: Array, k: Array, rho: Array, phi: Array, period: float) -> float:
-    """Factor by which phi (6,) has to be multiplied to meet the rule; infinite if none would do."""
+@dataclass(frozen=True)
+class Slopes:
+    """What the effort of a law does per unit of sigma and of e', all (6,).
+
+    Attributes:
+        m_hat: effort per acceleration [kg, kg m²].
+        c: slope of the sliding surface [1/s].
+        k: slope beside the boundary layer [1/s].
+        rho: [m/s², rad/s²].
+        phi: boundary layer [m/s, rad/s].
+        beside: slope over e' beside that over sigma [1/s].
+        unit: that in which the user writes phi [m, rad].
+    """
+
+    m_hat: Array
+    c: Array
+    k: Array
+    rho: Array
+    phi: Array
+    beside: Array | float = 0.0
+    unit: Array | float = 1.0
+
+    def gain(self, period: float, factor: float = 1.0) -> Array:
+        """Effort per unit of sigma where it flips at each period [s], for `factor` times phi."""
+        slope = self.rho / (factor * self.phi) + self.k
+        return self.m_hat * (slope * (1.0 + 0.5 * period * self.c) + self.beside)
+
+
+def smallest_layer(slopes: Slopes, period: float, model: RobotModel | None = None) -> float:
+    """Factor by which phi has to be multiplied to meet the rule; infinite if none would do."""
 
     def breaks(factor: float) -> bool:
-        return chatter_number(m_hat * (rho / (factor * phi) + k), period) >= LIMIT
+        return not chatter_number(slopes.gain(period, factor), period, model) < LIMIT
 
     if breaks(LARGEST_LAYER):
         return np.inf
@@ -39,39 +71,32 @@ def smallest_layer(m_hat: Array, k: Array, rho: Array, phi: Array, period: float
 
 
 def check_chatter(
-    name: str,
-    m_hat: Array,
-    k: Array,
-    rho: Array,
-    phi: Array,
-    period: float,
-    unit: Array | float = 1.0,
+    name: str, slopes: Slopes, period: float, model: RobotModel | None = None
 ) -> None:
-    """Accept the gains of a law with the slope rho / phi + k, all (6,).
+    """Accept the gains of a law.
 
     Args:
         name: of the controller, such as "controller".
-        m_hat: effort per acceleration [kg, kg m²].
-        k: slope beside the boundary layer [1/s].
-        rho: [m/s², rad/s²].
-        phi: boundary layer [m/s, rad/s].
+        slopes: of the law.
         period: T_s [s].
-        unit: that in which the user writes phi (6,) [m, rad].
+        model: of the robot; None is the nominal one.
 
     Raises:
         ValueError: the rule is broken; gives the number and the smallest phi that would do.
     """
-    number = chatter_number(m_hat * (rho / phi + k), period)
+    number = chatter_number(slopes.gain(period), period, model)
     if number < LIMIT:
         return
-    factor = smallest_layer(m_hat, k, rho, phi, period)
+    factor = smallest_layer(slopes, period, model)
     if np.isinf(factor):
-        remedy = "no phi would do, lower the gains beside it or the time step"
+        remedy = "no phi would do, lower c, the gains beside phi or the time step"
     else:
-        remedy = f"the smallest phi that would do is [{', '.join(_up(factor * phi / unit))}]"
+        phi = _up(factor * slopes.phi / slopes.unit)
+        remedy = f"the smallest phi that would do is [{', '.join(phi)}]"
     raise ValueError(
-        f"{name}: chatters, T_s max lambda(M^-1 m_hat (rho / phi + k)) = {number:.3g} at "
-        f"T_s = {period:g} s, allowed below 2: {remedy} (or set {name}.allow_chatter)"
+        f"{name}: chatters, T_s max lambda(M^-1 m_hat (rho / phi + k) (1 + c T_s / 2)) = "
+        f"{number:.3g} at T_s = {period:g} s, allowed below 2: {remedy} (or set "
+        f"{name}.allow_chatter)"
     )
 
 

@@ -11,7 +11,7 @@ from scara_drake import joints, robot
 from scara_drake.common.block import Memory
 from scara_drake.common.fields import ABOVE_ZERO, vector, words
 from scara_drake.common.layout import Layout
-from scara_drake.control.chatter import check_chatter
+from scara_drake.control.chatter import Slopes, check_chatter
 from scara_drake.control.controller import JointController, Law, release
 from scara_drake.control.gravity import LINKS, gravity_effort, gravity_parameters
 from scara_drake.control.ismc_law import GAINS, gains_of, ismc_law, sliding_surface
@@ -185,8 +185,10 @@ class IntegralSlidingMode:
     gravity_compensation: bool = False
     allow_chatter: bool = False
 
-    def check_sampling(self, name: str, period: float) -> None:
-        """Check that the gains do not chatter at this period [s].
+    def check_sampling(
+        self, name: str, period: float, model: robot.RobotModel | None = None
+    ) -> None:
+        """Check that the gains do not chatter at this period [s] on a robot, or the nominal one.
 
         Raises:
             ValueError: they do, and `allow_chatter` is not set; gives the smallest phi.
@@ -194,7 +196,8 @@ class IntegralSlidingMode:
         if not self.allow_chatter:
             g = GAINS.unpack(self.array(period))
             unit = np.where(self._paper(), PAPER_UNIT, 1.0)
-            check_chatter(name, g.m_hat, g.k, g.rho, g.phi, period, unit)
+            slopes = Slopes(g.m_hat, g.c, g.k, g.rho, g.phi, unit=unit)
+            check_chatter(name, slopes, period, model)
 
     def array(self, period: float = 0.0) -> Array:
         """Return the gains as `ismc_law` takes them (8, 6), in SI units.

@@ -44,16 +44,19 @@ class InverseDynamics:
     ki: list[float] = vector([200e3] * 6, "1/s³", 0.0, symbol="ki")
     kd: list[float] = vector([220.0] * 6, "1/s", 0.0, symbol="kd")
 
-    def check_sampling(self, name: str, period: float) -> None:
-        """Check that the gains do not chatter at this period [s].
+    def check_sampling(
+        self, name: str, period: float, model: robot.RobotModel | None = None
+    ) -> None:
+        """Check that the gains do not chatter at this period [s] on a robot, or the nominal one.
 
-        The mass matrix cancels, so each joint is a sampled double integrator, stable where
-        T_s (kd + kp T_s / 2) < 2.
+        The nominal mass matrix cancels, so each joint is a sampled double integrator, stable where
+        T_s (kd + kp T_s / 2) < 2. On a robot that is lighter by a factor it counts for more.
 
         Raises:
             ValueError: a joint breaks that rule.
         """
         numbers = period * (np.array(self.kd) + 0.5 * period * np.array(self.kp))
+        numbers = numbers * robot.lightness(model)
         worst = int(np.argmax(numbers))
         if numbers[worst] >= LIMIT:
             raise ValueError(

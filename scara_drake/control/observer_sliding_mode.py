@@ -26,7 +26,7 @@ from scara_drake.common.block import Memory, Output
 from scara_drake.common.fields import ABOVE_ZERO, vector
 from scara_drake.control import ismc_law as ismc
 from scara_drake.control import observer_law as kernels
-from scara_drake.control.chatter import check_chatter
+from scara_drake.control.chatter import Slopes, check_chatter
 from scara_drake.control.controller import JointController, Law
 from scara_drake.control.perturbation_observer import observer_gains
 
@@ -75,10 +75,12 @@ class ObserverSlidingMode:
     acceleration_feedforward: bool = False
     allow_chatter: bool = False
 
-    def check_sampling(self, name: str, period: float) -> None:
+    def check_sampling(
+        self, name: str, period: float, model: robot.RobotModel | None = None
+    ) -> None:
         """Check that the observer is slow enough for this period [s] and the law does not chatter.
 
-        The law's slope, by which the chatter rule goes, has c beside k and rho / phi.
+        Beside its slope over sigma^ the law has c over e^', for which the chatter rule allows too.
 
         Raises:
             ValueError: a pole above 0.5 / period; or the gains chatter, and `allow_chatter` is not
@@ -86,8 +88,9 @@ class ObserverSlidingMode:
         """
         checks.vector(f"{name}.pole", self.pole, 6, ABOVE_ZERO, FASTEST / period)
         if not self.allow_chatter:
-            m_hat, rho, phi = robot.nominal_inertias(), np.array(self.rho), np.array(self.phi)
-            check_chatter(name, m_hat, np.add(self.k, self.c), rho, phi, period)
+            g = ismc.GAINS.unpack(kernels.GAINS.unpack(self.array(period)).law)
+            slopes = Slopes(g.m_hat, g.c, g.k, g.rho, g.phi, beside=g.c)
+            check_chatter(name, slopes, period, model)
 
     def array(self, period: float) -> Array:
         """Return the gains as `observer_law` takes them; the period in [s]."""

@@ -196,8 +196,10 @@ class Pid:
         ki = scale * k * c * slope
         return cls(kp.tolist(), ki.tolist(), kd.tolist(), gains.allow_chatter)
 
-    def check_sampling(self, name: str, period: float) -> None:
-        """Check that the gains do not chatter at this period [s].
+    def check_sampling(
+        self, name: str, period: float, model: robot.RobotModel | None = None
+    ) -> None:
+        """Check that the gains do not chatter at this period [s] on a robot, or the nominal one.
 
         A sampled double integrator under kp and kd is stable where T_s (kd + kp T_s / 2) < 2.
 
@@ -205,7 +207,7 @@ class Pid:
             ValueError: the rule of `chatter` is broken by that sum, and `allow_chatter` is not set.
         """
         g = GAINS.unpack(self.array(period))
-        number = chatter_number(g.m_hat * (g.kd + 0.5 * period * g.kp), period)
+        number = chatter_number(g.m_hat * (g.kd + 0.5 * period * g.kp), period, model)
         if number >= LIMIT and not self.allow_chatter:
             raise ValueError(
                 f"{name}: chatters, T_s max lambda(M^-1 m_hat (kd + kp T_s / 2)) = {number:.3g} at "

@@ -20,7 +20,7 @@ from scara_drake import joints, robot
 from scara_drake.common.block import Memory
 from scara_drake.common.fields import ABOVE_ZERO, vector
 from scara_drake.common.layout import Rows
-from scara_drake.control.chatter import check_chatter
+from scara_drake.control.chatter import Slopes, check_chatter
 from scara_drake.control.controller import JointController, Law, limit_effort, release
 from scara_drake.control.ismc_law import sliding_surface
 
@@ -156,15 +156,18 @@ class SlidingMode:
     phi: list[float] = vector([1.0] * 6, "m/s | rad/s", ABOVE_ZERO, symbol="phi")
     allow_chatter: bool = False
 
-    def check_sampling(self, name: str, period: float) -> None:
-        """Check that the gains do not chatter at this period [s].
+    def check_sampling(
+        self, name: str, period: float, model: robot.RobotModel | None = None
+    ) -> None:
+        """Check that the gains do not chatter at this period [s] on a robot, or the nominal one.
 
         Raises:
             ValueError: they do, and `allow_chatter` is not set; gives the smallest phi.
         """
         if not self.allow_chatter:
             g = GAINS.unpack(self.array(period))
-            check_chatter(name, g.m_hat, np.zeros(6), g.rho, g.phi, period)
+            slopes = Slopes(g.m_hat, g.c, np.zeros(6), g.rho, g.phi)
+            check_chatter(name, slopes, period, model)
 
     def array(self, period: float) -> Array:
         """Return the gains as `smc_law` takes them (6, 6); the period in [s]."""

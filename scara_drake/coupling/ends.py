@@ -93,6 +93,10 @@ class Coupling:
         """Factor from an impedance at the tool to that in the master's units."""
         return self.position_scale * self.force_scale
 
+    def reserves(self) -> float:
+        """Energy [J] that an axis may give out beside what came in, in the master's units."""
+        return 0.0
+
     @abstractmethod
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""

@@ -118,7 +118,7 @@ def model_master(
 
 @njit(cache=True)
 def press(spring: float, shown: float) -> float:
-    """Return the force [N] on a tool that is touched: the one shown, in its direction.
+    """Return the force [N] on a tool that is touched: the one that the master shows.
 
     The spring to the master adds to it where it pulls back, and takes its place where it is larger.
     So the tool never presses with more than the larger of both, and never goes further ahead of the

@@ -190,7 +190,7 @@ class Tdpa(Coupling):
 
     stiffness: float = number(1000.0, "N/m", 1.0, 1e5)
     damping: float = number(25.0, "N s/m", 0.0, 1e4)
-    master_damping: float = number(15.0, "N s/m", 0.0, 100.0)
+    master_damping: float = number(20.0, "N s/m", 0.0, 100.0)
     reserve: float = number(0.03, "J", 0.0, 100.0)
     horizon: float = number(0.02, "s", 2e-3, 1.0)
     guard_speed: float = number(0.02, "m/s", 0.0, 10.0)
@@ -198,6 +198,10 @@ class Tdpa(Coupling):
     drift_gain: float = number(5.0, "1/s", 0.0, 100.0)
     max_speed: float = number(0.3, "m/s", 1e-3, 10.0)
     fade_time: float = number(0.02, "s", 1e-3, 10.0)
+
+    def reserves(self) -> float:
+        """E0 of both directions."""
+        return 2.0 * self.reserve
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""

@@ -192,6 +192,10 @@ class WaveVariables(Coupling):
     reserve: float = number(0.005, "J", 0.0, 100.0)
     turn: float = number(200.0, "m/s²", 1.0, 1e5)
 
+    def reserves(self) -> float:
+        """E0 of the master."""
+        return self.reserve
+
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
         return Exchange(UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY)

@@ -31,10 +31,13 @@ class SceneAnnotations(LeafSystem):
 
     And the surfaces that move, where they are; those at rest are in the plant's geometry.
 
-    Input ports (the last two may stay unconnected; what they describe is not drawn then):
+    And a sky of another colour while the operator's device is lost.
+
+    Input ports (the last three may stay unconnected; what they describe is not drawn then):
         state (12): q, v measured [m, rad, m/s, rad/s]
         X_WE_desired (7): p (3) [m], quaternion w, x, y, z of the desired tool
         f_env_on_tool_W (3): force of the environment on the tool point [N]
+        device_connected (1): 0 while the operator's device is lost
     Discrete state: the index of the newest point of the trail, and its points (n, 3) [m] as a ring.
     Update (every TRAIL_PERIOD): the tool point joins the trail. Initial: all its points are there.
     Publish (every PERIOD): the pictures, at the time of the context in a recording.
@@ -47,6 +50,7 @@ class SceneAnnotations(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", 12)
         self._desired = self.DeclareVectorInputPort("X_WE_desired", 7)
         self._force = self.DeclareVectorInputPort("f_env_on_tool_W", 3)
+        self._connected = self.DeclareVectorInputPort("device_connected", 1)
         self._trail = int(self.DeclareDiscreteState(np.r_[-1.0, np.zeros(3 * points)]))
         self.DeclareInitializationDiscreteUpdateEvent(self._start_trail)
         self.DeclarePeriodicDiscreteUpdateEvent(TRAIL_PERIOD, 0.0, self._extend_trail)
@@ -103,6 +107,7 @@ class SceneAnnotations(LeafSystem):
         time, tool = context.get_time(), self._tool_point(context)
         self._place_ghost(context, time)
         self._place_force(context, time, tool)
+        self._color_sky(context, time)
         for surface in self._moving:
             path = f"{_ROOT}/surfaces/{surface.name}"
             self._meshcat.SetTransform(path, surface.pose_at(time), time)
@@ -135,6 +140,12 @@ class SceneAnnotations(LeafSystem):
             middle = [0.0, 0.0, float(look.shaft_middle(shaft))]
             meshcat.SetProperty(f"{path}/shaft", "position", middle, time)
             meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, shaft], time)
+
+    def _color_sky(self, context: Context, time: float) -> None:
+        if self._connected.HasValue(context):
+            sky = look.SKY if self._connected.Eval(context)[0] else look.SKY_LOST
+            for name, color in sky.items():
+                self._meshcat.SetProperty("/Background/<object>", name, color, time)
 
     def _place_tube(self, path: str, start: Array, end: Array, time: float) -> None:
         along = end - start

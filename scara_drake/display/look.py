@@ -24,6 +24,7 @@ AXES: Final[tuple[Color, Color, Color]] = (
     (0.1, 0.3, 0.95, 1.0),
 )
 SKY: Final = {"top_color": [0.78, 0.86, 0.94], "bottom_color": [0.99, 0.99, 0.99]}
+SKY_LOST: Final = {"top_color": [0.93, 0.45, 0.35], "bottom_color": [1.0, 0.85, 0.6]}
 
 # Of plots only, as matplotlib writes them.
 COMMANDED: Final = "0.6"  # greys: what was given,

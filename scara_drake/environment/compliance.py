@@ -169,7 +169,6 @@ def check_name(name: str, value: str) -> None:
     """Accept the name of a surface.
 
     Raises:
-        ValueError: it is empty, or has a slash.
+        ValueError: it is no word, see `checks.word`.
     """
-    if not value or "/" in value:
-        raise ValueError(f"{name}.name: '{value}', allowed a word without '/'")
+    checks.word(f"{name}.name", value)

@@ -64,7 +64,7 @@ def table(*experiments: Experiment) -> pd.DataFrame:
 
     The rows of several experiments are named by them.
     """
-    rows = [_row(claim) for experiment in experiments for claim in experiment.claims]
+    rows = [row(claim) for experiment in experiments for claim in experiment.claims]
     names = [experiment.name for experiment in experiments for _ in experiment.claims]
     index = pd.Index(names, name="experiment") if len(experiments) > 1 else None
     return pd.DataFrame(rows, columns=list(COLUMNS), index=index)
@@ -99,7 +99,7 @@ def markdown(*experiments: Experiment) -> str:
         lines += [f"## {experiment.name}", "", f"| {' | '.join(COLUMNS)} |"]
         lines += ["|" + "---|" * len(COLUMNS)]
         for claim in experiment.claims:
-            cells = [cell.replace("|", "\\|") for cell in _row(claim)]
+            cells = [cell.replace("|", "\\|") for cell in row(claim)]
             lines.append(f"| {' | '.join(cells)} |")
         lines.append("")
     return "\n".join(lines)
@@ -111,11 +111,12 @@ def terminal(*experiments: Experiment) -> list[Table]:
     for experiment in experiments:
         made = Table(*COLUMNS, title=experiment.name, title_justify="left")
         for claim in experiment.claims:
-            made.add_row(*_row(claim), style=COLOURS[claim.verdict])
+            made.add_row(*row(claim), style=COLOURS[claim.verdict])
         tables.append(made)
     return tables
 
 
-def _row(claim: Claim) -> tuple[str, ...]:
+def row(claim: Claim) -> tuple[str, ...]:
+    """Return the cells of a claim, see COLUMNS."""
     measured = text(claim.measured)
     return (claim.statement, paper(claim), measured, claim.verdict, explanation(claim))

@@ -53,11 +53,8 @@ class Dpso(NamedTuple):
         single: the traditional PSO.
         radius: half width of PSO-2's box [rad].
         squared: (25) as a sum of squares instead of a sum of lengths.
-        draw: the swarm ahead of the polish, which stands in for PSO-2 and the fallback.
-        best: how many of its particles are polished.
-        steps: least-squares steps of each.
         budget: a new pass begins only below so many evaluations.
-        polish_budget: the same with polish, where passes are short and almost never fail.
+        polish_budget: the same with polish, behind which `robust` takes over.
     """
 
     pso1: Swarm
@@ -66,16 +63,12 @@ class Dpso(NamedTuple):
     single: Swarm
     radius: float
     squared: bool
-    draw: Swarm
-    best: int
-    steps: int
     budget: int
     polish_budget: int
 
 
 # Found by an evolutionary search on targets of their own; benchmarks/tune_dpso.py searches again,
-# on seeds that no test uses. Iterating before the polish costs time and gains nothing here, so
-# `draw` only ranks.
+# on seeds that no test uses.
 TUNED: Final = Dpso(
     pso1=Swarm(19, 40, 0.787, 0.9968, 0.77, 1.93, 0.048, 14, 1.0, 0.0),
     pso2=Swarm(38, 41, 0.655, 0.958, 0.0, 2.34, 0.048, 25, 0.25 * 2.72, 0.75),
@@ -83,11 +76,8 @@ TUNED: Final = Dpso(
     single=Swarm(24, 300, 0.605, 1.0, 0.087, 1.30, 0.155, 46, 2.97, 1.0),
     radius=0.174,
     squared=True,
-    draw=Swarm(16, 0, 0.605, 1.0, 0.087, 1.30, 0.155, 0, 1.0, 0.6),
-    best=4,
-    steps=10,
     budget=1_000_000,
-    polish_budget=20_000,
+    polish_budget=400_000,
 )
 
 # The paper's own structure, in one pass. Its Table 7 is lost: inertia, its damping, c1, c2 and the
@@ -99,9 +89,6 @@ PAPER: Final = Dpso(
     single=Swarm(0, 500, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 1.0),
     radius=0.174,
     squared=False,
-    draw=Swarm(0, 200, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 0.0),
-    best=8,
-    steps=15,
     budget=1,
     polish_budget=400_000,
 )
@@ -161,25 +148,82 @@ class InverseJacobianOptions(MethodOptions):
 
 
 @dataclass
-class SwarmOptions(MethodOptions):
-    """Options of "pso" and "dpso".
+class SearchOptions(MethodOptions):
+    """Options of the methods that search the whole space of joints.
+
+    Attributes:
+        nearest_to: posture (6,); the answer is the branch nearest to it, among those whose rotation
+            error is within 1e-3 rad of the best.
+        starts: how many local solutions, or passes of a swarm, are compared, always all of them;
+            None takes the method's number.
+    """
+
+    nearest_to: Any = None
+    starts: int | None = None
+
+    def check_together(self, name: str) -> None:
+        """Check the values; see MethodOptions."""
+        super().check_together(name)
+        if self.nearest_to is not None:
+            nearest = np.asarray(self.nearest_to, dtype=np.float64)
+            checks.vector("nearest_to", nearest.ravel().tolist(), 6)
+        if self.starts is not None:
+            _count("starts", self.starts, 1)
+
+
+@dataclass
+class PathOptions(MethodOptions):
+    """How a path is followed behind its first point.
+
+    Attributes:
+        max_iterations: of the inverse Jacobian at each point.
+        max_step: largest change of a joint in one of them.
+        max_joint_change: the largest change of a joint between neighbouring points.
+    """
+
+    max_iterations: int = 60
+    max_step: float = number(0.5, "m | rad", ABOVE_ZERO)
+    max_joint_change: float = number(0.7, "m | rad", ABOVE_ZERO)
+
+    def check_together(self, name: str) -> None:
+        """Check the values; see MethodOptions."""
+        super().check_together(name)
+        _count("max_iterations", self.max_iterations, 1)
+
+
+@dataclass
+class RobustOptions(SearchOptions, PathOptions):
+    """Options of "robust"; `starts` are those of least squares for task="position".
+
+    By default 32, or 256 with nearest_to.
+    """
+
+    def check_together(self, name: str) -> None:
+        """Check the values; see MethodOptions."""
+        super().check_together(name)
+        if self.history:
+            raise ValueError("history: True, allowed False with robust")
+
+    def number_of_starts(self) -> int:
+        """Return `starts` or its default."""
+        return self.starts or (32 if self.nearest_to is None else 256)
+
+
+@dataclass
+class SwarmOptions(SearchOptions):
+    """Options of "pso" and "dpso"; `starts` are passes of the swarm.
 
     Attributes:
         parameters: "tuned", "paper", or a Dpso of one's own.
         budget: evaluations below which a new pass may begin; None takes the parameter set's.
-        polish: refine the best particles by damped least squares; None means True for "dpso" and
-            for task="position", False for "pso".
-        nearest_to: posture (6,); the answer is the branch nearest to it (among those whose rotation
-            error is within 1e-3 rad of the best), found from `starts` draws.
-        starts: local solutions that nearest_to (default 256) and task="position" (32) compare,
-            always all of them.
+        polish: refine what the swarm has converged to by damped least squares, and fall back to
+            "robust" where it has not converged; None means True for "dpso", for
+            task="position" and with nearest_to, else False.
     """
 
     parameters: str | Dpso = "tuned"
     budget: int | None = None
     polish: bool | None = None
-    nearest_to: Any = None
-    starts: int | None = None
 
     def check_together(self, name: str) -> None:
         """Check the values; see MethodOptions."""
@@ -190,17 +234,8 @@ class SwarmOptions(MethodOptions):
             _count("budget", self.budget, 1)
         if self.polish is not None:
             _boolean("polish", self.polish)
-        if self.nearest_to is not None:
-            nearest = np.asarray(self.nearest_to, dtype=np.float64)
-            checks.vector("nearest_to", nearest.ravel().tolist(), 6)
-            if self.polish is False:
-                raise ValueError("polish: False, allowed True with nearest_to")
-        if self.starts is not None:
-            _count("starts", self.starts, 1)
-
-    def number_of_starts(self) -> int:
-        """Return `starts` or its default."""
-        return self.starts or (32 if self.nearest_to is None else 256)
+        if self.nearest_to is not None and self.polish is False:
+            raise ValueError("polish: False, allowed True with nearest_to")
 
     def parameter_set(self) -> Dpso:
         """Return the parameters, with the budget of these options."""
@@ -212,31 +247,15 @@ class SwarmOptions(MethodOptions):
 
 
 @dataclass
-class DpsoijOptions(SwarmOptions):
+class DpsoijOptions(SwarmOptions, PathOptions):
     """Options of "dpsoij": those of its DPSO, and of the path that follows.
 
     Attributes:
         variant: "default", or "paper" for the literal method: unpolished DPSO with the parameters
             "paper", then iterations of the pseudo-inverse of the position Jacobian (26).
-        max_iterations: of the inverse Jacobian at each point.
-        max_step: largest change of a joint in one of them.
-        max_joint_change: the largest change of a joint between neighbouring points.
     """
 
     variant: str = choice("default", VARIANTS)
-    max_iterations: int = 60
-    max_step: float = number(0.5, "m | rad", ABOVE_ZERO)
-    max_joint_change: float = number(0.7, "m | rad", ABOVE_ZERO)
-
-    def check_together(self, name: str) -> None:
-        """Check the values; see MethodOptions."""
-        super().check_together(name)
-        _count("max_iterations", self.max_iterations, 1)
-
-    def asks_for_swarm(self) -> bool:
-        """Whether an option is set that only DPSO knows: the closed form is left out then."""
-        own = (self.parameters, self.budget, self.polish, self.starts)
-        return self.history or own != ("tuned", None, None, None)
 
 
 def make_options(kind: type[Options], method: str, values: Mapping[str, object]) -> Options:

@@ -22,6 +22,11 @@ JOINT_LIMITS: Final = "joint limits"
 NOT_ATTAINABLE: Final = "orientation not attainable"
 NOT_CONVERGED: Final = "not converged"
 
+# Who found a posture, where that is not the method itself.
+ROBUST: Final = "robust"
+FOLLOWED: Final = "inverse_jacobian"
+CLOSED_FORM: Final = "closed_form"
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -49,21 +54,29 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a method found: the posture (6,) and the work done; nobody has confirmed it yet."""
+    """What a method found: the posture (6,) and the work done; nobody has confirmed it yet.
+
+    `found_by` names the method that found it, "" for the one that was asked.
+    """
 
     q: Array
     evaluations: int
     iterations: int
     history: Array | None = None
+    found_by: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class PathAnswer:
-    """What a method found along a path: postures (n, 6) and the work at each point (n,)."""
+    """What a method found along a path: postures (n, 6) and the work at each point (n,).
+
+    `found_by` (n,) as in `Answer`; () where every point is the method's own.
+    """
 
     q: Array
     evaluations: NDArray[np.int64]
     iterations: NDArray[np.int64]
+    found_by: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +92,10 @@ class IkResult:
             position within 5 mm.
         evaluations: forward kinematics spent.
         iterations: swarm iterations, or damped least-squares steps for the inverse Jacobian.
-        method: name of the method.
+        method: name of the method that was asked.
+        found_by: name of the method that found the posture: "dpso" for the swarm of "dpsoij", and
+            "robust" where a swarm did not converge within its budget.
+        seconds: wall time of the search [s]; nothing depends on it.
         reason: "converged", "out of reach", "joint limits", "orientation not attainable" or
             "not converged".
         history: with option history=True, (n, 2): position [m] and rotation [rad] error of the
@@ -95,11 +111,17 @@ class IkResult:
     method: str
     reason: str
     history: Array | None = None
+    found_by: str = ""
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class IkPath:
-    """Answers to n targets in order: the fields of IkResult as arrays (n, ...)."""
+    """Answers to n targets in order: the fields of IkResult as arrays (n, ...).
+
+    `found_by` (n,) tells the first posture, found by a search, from those that the inverse Jacobian
+    followed; `seconds` is the time of all.
+    """
 
     q: Array
     position_error: Array
@@ -109,6 +131,8 @@ class IkPath:
     iterations: NDArray[np.int64]
     method: str
     reason: tuple[str, ...]
+    found_by: tuple[str, ...] = ()
+    seconds: float = 0.0
 
     def __len__(self) -> int:
         return len(self.q)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
@@ -10,13 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from scara_drake import kinematics
 from scara_drake.common import checks
-from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian
+from scara_drake.ik import closed_form, dpso, dpsoij, inverse_jacobian, robust
+from scara_drake.ik.following import follow_robustly
 from scara_drake.ik.kernels.errors import confirm_kernel
 from scara_drake.ik.options import (
     ClosedFormOptions,
     DpsoijOptions,
     InverseJacobianOptions,
     MethodOptions,
+    RobustOptions,
     SwarmOptions,
     make_options,
 )
@@ -50,6 +53,7 @@ class Method(NamedTuple):
 # A new method is one file and one line here.
 METHODS: Final[dict[str, Method]] = {
     "closed_form": Method(ClosedFormOptions, closed_form.solve, closed_form.follow),
+    "robust": Method(RobustOptions, robust.solve, follow_robustly),
     "inverse_jacobian": Method(
         InverseJacobianOptions, inverse_jacobian.solve, inverse_jacobian.follow
     ),
@@ -61,7 +65,7 @@ METHODS: Final[dict[str, Method]] = {
 
 def solve(
     X_WE: Any,
-    method: str = "dpsoij",
+    method: str = "robust",
     joints: str = "full",
     task: str = "pose",
     q_seed: ArrayLike | None = None,
@@ -73,7 +77,9 @@ def solve(
     Args:
         X_WE: desired tool pose, (4, 4) [m], or an object with GetAsMatrix4 (Drake's
             RigidTransform).
-        method: "closed_form", "inverse_jacobian", "pso", "dpso" or "dpsoij" (the names in METHODS).
+        method: a name of METHODS: "robust" (closed form and least squares, the fastest that finds
+            every pose), "closed_form", "inverse_jacobian", "pso", "dpso", or "dpsoij" (the paper's,
+            whose first posture is found by DPSO).
         joints: "full" moves all six, "arm" keeps q_seed[0] as the mast height.
         task: "pose" for position and orientation together; "position" for the position exactly
             and the orientation as near as the remaining joints allow.
@@ -94,7 +100,9 @@ def solve(
     chosen = _method(method)
     values = make_options(chosen.options, method, options)
     problem = make_problem(X_WE, "X_WE", joints, task, q_seed, seed)
+    begin = time.perf_counter()
     answer = chosen.solve(problem, values)
+    seconds = time.perf_counter() - begin
     position, rotation, success = confirm_kernel(
         answer.q, problem.p, problem.R, problem.position_first
     )
@@ -108,12 +116,14 @@ def solve(
         method=method,
         reason=CONVERGED if success else _diagnose(problem),
         history=answer.history,
+        found_by=answer.found_by or method,
+        seconds=seconds,
     )
 
 
 def solve_path(
     X_WEs: Sequence[Any] | Array,
-    method: str = "dpsoij",
+    method: str = "robust",
     joints: str = "full",
     task: str = "pose",
     q_seed: ArrayLike | None = None,
@@ -122,8 +132,8 @@ def solve_path(
 ) -> IkPath:
     """Find joint values along a path of n poses, (n, 4, 4) or a sequence; see `solve`.
 
-    "closed_form", "inverse_jacobian" and "dpsoij" solve each point from the one before, and begin
-    near q_seed; the others solve each point alone, point k with seed + k.
+    "robust", "closed_form", "inverse_jacobian" and "dpsoij" solve each point from the one before,
+    and begin near q_seed; the others solve each point alone, point k with seed + k.
 
     Raises:
         ValueError: as `solve`; the path is empty; history is asked for.
@@ -137,6 +147,7 @@ def solve_path(
     ]
     if not problems:
         raise ValueError("X_WEs: 0 poses, allowed 1 or more")
+    begin = time.perf_counter()
     if chosen.follow is not None:
         answer = chosen.follow(problems, values)
     else:
@@ -145,7 +156,9 @@ def solve_path(
             q=np.array([a.q for a in answers]),
             evaluations=np.array([a.evaluations for a in answers]),
             iterations=np.array([a.iterations for a in answers]),
+            found_by=tuple(a.found_by for a in answers),
         )
+    seconds = time.perf_counter() - begin
     position, rotation, success = confirm(answer.q, problems)
     reason = tuple(
         CONVERGED if good else _diagnose(problem)
@@ -160,6 +173,8 @@ def solve_path(
         iterations=answer.iterations,
         method=method,
         reason=reason,
+        found_by=tuple(name or method for name in answer.found_by) or (method,) * len(problems),
+        seconds=seconds,
     )
 
 
@@ -200,8 +215,8 @@ def _diagnose(problem: Problem) -> str:
         return OUT_OF_REACH
     if problem.position_first:
         return NOT_CONVERGED
-    if dpso.attainable(problem, limits=True):
+    if robust.attainable(problem, limits=True):
         return NOT_CONVERGED
-    if dpso.attainable(problem, limits=False):
+    if robust.attainable(problem, limits=False):
         return JOINT_LIMITS
     return NOT_ATTAINABLE

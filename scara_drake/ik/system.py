@@ -1,16 +1,19 @@
 """Inverse kinematics in the loop: a block over the solvers and the servo."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake import kinematics
 from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory, Output
 from scara_drake.common.fields import ABOVE_ZERO, choice, number
 from scara_drake.ik import servo
 from scara_drake.ik.kernels.limiter import LIMITS, SETTINGS, follow_command
+from scara_drake.ik.result import IkResult
 from scara_drake.ik.solve import METHODS, solve
 from scara_drake.joints import HOME, LOWER, MAX_SPEED, UPPER, check_configuration
 from scara_drake.kinematics import tool_kinematics_kernel
@@ -30,9 +33,9 @@ from scara_drake.vectors import (
 Array = NDArray[np.float64]
 
 # Methods that start from one answer and follow the command with the Jacobian; the value is the
-# method of that first answer. Every other method solves each sample from scratch, as the paper
-# has it: by its swarms alone, without polish.
-FOLLOWERS = {"dpsoij": "dpso", "inverse_jacobian": "inverse_jacobian"}
+# method of that first answer: for "dpsoij" the swarms of (18) to (25). Every other method solves
+# each sample from scratch, as the paper has it: by its swarms alone, without polish.
+FOLLOWERS = {"dpsoij": "dpso", "robust": "robust", "inverse_jacobian": "inverse_jacobian"}
 SWARMS = ("dpso", "pso")
 
 
@@ -41,8 +44,9 @@ class InverseKinematics:
     """How the tool command becomes joint references.
 
     Attributes:
-        method: solver of each sample; "dpsoij" and "inverse_jacobian" follow the command by
-            resolved rates.
+        method: solver of each sample; "dpsoij", "robust" and "inverse_jacobian" follow the command
+            by resolved rates, from a first posture by DPSO, by closed form and least squares, or
+            from home.
         joints: "arm" gives the mast its own command; "full" lets it take part.
         task: "position" holds the tool point exactly and its orientation as near as possible;
             "pose" holds both.
@@ -95,8 +99,10 @@ class InverseKinematics:
         )
 
 
-def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> Array:
-    """Return q (6,) for the first command (8,), on the branch nearest the home posture.
+def first_answer(config: InverseKinematics, command: ArrayLike, seed: int) -> IkResult:
+    """Return the answer to the first command (8,), on the branch nearest the home posture.
+
+    It tells who found it: the swarm with "dpsoij", or "robust" where that did not converge.
 
     Raises:
         ValueError: the first command cannot be reached.
@@ -105,20 +111,22 @@ def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> A
     asked = TOOL_COMMAND.unpack(np.array(command, dtype=np.float64))
     near[0] = np.clip(asked.mast[()], LOWER[0], UPPER[0])
     method = FOLLOWERS.get(config.method, config.method)
-    options = {"nearest_to": near} if method in SWARMS else {}
-    result = solve(
-        pose_matrix(command),
-        method=method,
-        joints=config.joints,
-        task=config.task,
-        q_seed=near,
-        seed=seed,
-        **options,
-    )
+    how: dict[str, Any] = {"method": method, "joints": config.joints, "task": config.task}
+    how |= {"q_seed": near, "seed": seed}
+    if method in (*SWARMS, "robust"):
+        how["nearest_to"] = near
+        # Loads the kernels, so that the time that the answer tells is that of its search.
+        solve(kinematics.forward_kinematics(near), starts=1, **how)
+    result = solve(pose_matrix(command), **how)
     if not result.success:
         position = ", ".join(f"{x:.3f}" for x in asked.p)
         raise ValueError(f"first tool command: [{position}] m, not reachable: {result.reason}")
-    return result.q
+    return result
+
+
+def first_posture(config: InverseKinematics, command: ArrayLike, seed: int) -> Array:
+    """Return q (6,) of `first_answer`."""
+    return first_answer(config, command, seed).q
 
 
 @njit(cache=True)

@@ -66,6 +66,11 @@ def peak_force(recording: xr.Dataset) -> float:
     return float(_size(recording.f_master).max("time"))
 
 
+def mean_size(signal: xr.DataArray) -> float:
+    """Mean size of a vector (time, axis) over the time; where there is none, it counts as zero."""
+    return float(_size(signal.fillna(0.0)).mean("time"))
+
+
 def force_ripple(recording: xr.Dataset) -> float:
     """Standard deviation of the force at the master [N], of all axes together."""
     return float(recording.f_master.var("time").sum("axis") ** 0.5)

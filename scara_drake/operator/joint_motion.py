@@ -1,5 +1,6 @@
 """Joint references that need no operator: sines on any joint and a polynomial move."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake import joints
+from scara_drake import joints, robot
 from scara_drake.common.block import Block, Declaration, Output
 from scara_drake.common.fields import number, vector
 from scara_drake.common.layout import Layout
@@ -17,7 +18,10 @@ from scara_drake.vectors import pose_of
 
 Array = NDArray[np.float64]
 
-ROUNDING = 1e-5  # [m], [rad]
+ROUNDING = 1e-5  # [m], [rad]; of speeds a share
+# Of a minimum-jerk move, over displacement / duration and displacement / duration².
+PEAK_SPEED, PEAK_ACCELERATION = 15.0 / 8.0, 10.0 / math.sqrt(3.0)
+_UNITS = joints.JOINT_UNITS
 _NONE = [0.0] * 6
 
 
@@ -90,10 +94,11 @@ class JointMotion:
     move_duration: float = number(4.0, "s", 1e-3)
 
     def check_together(self, name: str) -> None:
-        """Check that the whole motion stays within the joint ranges.
+        """Check that the whole motion stays within the joint ranges and what the drives can follow.
 
         Raises:
-            ValueError: a joint would leave its range.
+            ValueError: a joint would leave its range, pass its speed, or accelerate more than its
+                drive can the nominal inertia; names the field and the largest that is allowed.
         """
         base = joints.check_configuration(f"{name}.base", self.base)
         sweep = np.abs(self.amplitude)
@@ -104,6 +109,38 @@ class JointMotion:
             inside = np.clip(q, joints.LOWER, joints.UPPER)
             q = np.where(np.abs(q - inside) < ROUNDING, inside, q)
             joints.check_configuration(f"{name} at its extreme", q)
+        self._check_sines(name)
+        self._check_move(name)
+
+    def _check_sines(self, name: str) -> None:
+        for i, frequency in enumerate(self.frequency):
+            size = abs(self.amplitude[i])
+            if size * max(1.0, abs(frequency)) ** 2 < ROUNDING:
+                continue
+            speed, acceleration = joints.MAX_SPEED[i], robot.drive_accelerations()[i]
+            largest = min(speed / size, math.sqrt(acceleration / size))
+            if abs(frequency) > largest * (1.0 + ROUNDING):
+                raise ValueError(
+                    f"{name}.frequency[{i}]: {frequency:g} rad/s, allowed up to {largest:.4g} with "
+                    f"an amplitude of {size:g}: {joints.JOINT_NAMES[i]} moves at up to "
+                    f"{speed:g} {_UNITS[i]}/s and {acceleration:.3g} {_UNITS[i]}/s²"
+                )
+
+    def _check_move(self, name: str) -> None:
+        size, rate = np.abs(self.amplitude), np.abs(self.frequency)
+        spare = np.maximum(joints.MAX_SPEED - size * rate, 0.0)
+        left = np.maximum(robot.drive_accelerations() - size * rate**2, 0.0)
+        way = np.abs(self.displacement)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            needed = np.maximum(PEAK_SPEED * way / spare, np.sqrt(PEAK_ACCELERATION * way / left))
+        needed = np.where(way > ROUNDING, needed, 0.0)
+        i = int(np.argmax(needed))
+        if self.move_duration < needed[i] * (1.0 - ROUNDING):
+            raise ValueError(
+                f"{name}.move_duration: {self.move_duration:g} s, allowed {needed[i]:.4g} s or "
+                f"more with displacement[{i}] = {self.displacement[i]:g}: {joints.JOINT_NAMES[i]} "
+                f"moves, its sine included, at up to {joints.MAX_SPEED[i]:g} {_UNITS[i]}/s"
+            )
 
     def start_state(self) -> Array:
         """Return (q, v) (12,) at t = 0."""

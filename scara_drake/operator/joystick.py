@@ -12,7 +12,8 @@ from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Memory
 from scara_drake.common.fields import choice, number
 from scara_drake.common.resources import resource
-from scara_drake.operator.devices import Device, PygameDevice, find_device
+from scara_drake.operator.devices import AxisMap, Device, PygameDevice, find_device
+from scara_drake.operator.live_stick import LiveStick
 from scara_drake.operator.mapping import JoystickMapping, initial_command
 from scara_drake.operator.trace import load_trace
 
@@ -31,6 +32,7 @@ class Joystick:
         device: "trace" plays a recorded CSV file, "joystick" reads a live device, and "auto" reads
             a live device if one is plugged in, and plays the trace otherwise.
         index: of the live device, where there are several.
+        axes: of the live device: which of them is which.
         trace: the CSV file, or the name of a shipped one.
         sample_period: of the stick.
         mapping: from the stick to the tool.
@@ -38,6 +40,7 @@ class Joystick:
 
     device: str = choice("trace", DEVICES)
     index: int = number(0, "1", 0, 31)
+    axes: AxisMap = field(default_factory=AxisMap)
     trace: str = "operator_trace.csv"
     sample_period: float = number(0.01, "s", 1e-3, 0.1)
     mapping: JoystickMapping = field(default_factory=JoystickMapping)
@@ -92,13 +95,15 @@ class Joystick:
             ValueError: device is "joystick" and there is none of this index.
         """
         if self.device == "joystick":
-            return PygameDevice(self.index)
-        return find_device() if self.device == "auto" else None
+            return PygameDevice(self.index, self.axes)
+        return find_device(self.axes) if self.device == "auto" else None
 
     def make_source(self, device: Device | None) -> "JoystickSource":
         """Return the source that samples the device, or plays the trace where it is None."""
-        source = load_trace(self.trace_path()) if device is None else device
-        return JoystickSource(source, self.sample_period)
+        if device is not None:
+            return JoystickSource(device, self.sample_period)
+        path = self.trace_path()
+        return JoystickSource(load_trace(path), self.sample_period, f"trace {path.name}")
 
 
 @njit(cache=True)
@@ -121,59 +126,45 @@ class JoystickSource(Block):
 
     Ports:
         output joystick_axes (5): x, y, z, mast_axis, mast_hat, each in [-1, 1].
+        output device_connected (1): 1 while the device is there, else 0; not for a trace.
 
     Update, at t = k period, with r(t) the device's axes, or the last row of the trace not later
     than t (before its first row, that row)::
 
         y <- clip(r(t), -1, 1)   where all of r(t) is finite; y is held otherwise
 
-    Initial: the first row of the trace, or zeros for a device. The sample of time t is on the port
-    right after t.
+    Of a device, an axis counts only once it has been where y is, and a lost one stops what moves,
+    see `take_over`. Initial: the first row of the trace, or zeros for a device. The sample of time
+    t is on the port right after t.
 
     Args:
         source: a device, or the arrays times (n,) [s] and axes (n, 5) of a trace (`load_trace`).
         period: [s].
+        name: of a trace, for the recording; a device has its own.
+
+    Attributes:
+        device_name: what the axes come from.
 
     Raises:
         ValueError: a trace of other shapes, or times that are not finite and increasing; a period
             not between 0.1 ms and 1 s; at run time, a device that does not give five axes.
     """
 
-    def __init__(self, source: Device | Trace, period: float = 0.01) -> None:
+    def __init__(self, source: Device | Trace, period: float = 0.01, name: str = "trace") -> None:
         checks.number("period", period, 1e-4, 1.0)
         if isinstance(source, tuple):
             declaration = _played(*_check_trace(*source), period)
+            self._device: Device | None = None
         else:
-            declaration = Declaration(
-                memory={"joystick_axes": Memory(5, port=True)},
-                period=period,
-                update=LiveStick(source).sample,
-            )
+            declaration = LiveStick(source).declaration(period)
+            self._device, name = source, source.name
         super().__init__(declaration)
-        self._device: Device | None = None if isinstance(source, tuple) else source
+        self.device_name = name
 
     def close(self) -> None:
         """Let go of the device, if there is one: its motors stop. Call it after the last run."""
         if self._device is not None:
             self._device.close()
-
-
-@dataclass(frozen=True)
-class LiveStick:
-    """A device as a kernel, which cannot be compiled."""
-
-    device: Device
-
-    def sample(self, joystick_axes: Array) -> None:
-        """Hold what the device reads now.
-
-        Raises:
-            ValueError: it does not give five axes.
-        """
-        sample = np.asarray(self.device.read(), dtype=np.float64)
-        if sample.shape != (5,):
-            raise ValueError(f"{self.device.name}: axes {sample.shape}, allowed (5,)")
-        hold_sample(sample, joystick_axes)
 
 
 def _played(times: Array, rows: Array, period: float) -> Declaration:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scara_drake.common.block import Block, Declaration, Input, Memory
 from scara_drake.common.fields import ABOVE_ZERO, vector
 from scara_drake.common.layout import Layout
-from scara_drake.robot import chatter_number, inverse_mass_matrices
+from scara_drake.robot import RobotModel, chatter_number, inverse_mass_matrices
 
 Array = NDArray[np.float64]
 
@@ -46,14 +46,14 @@ class JointFriction:
     viscous: list[float] = vector([0.0] * 6, "N s/m | N m s/rad", 0.0, 1e5)
     presliding: list[float] = vector([2e-5] + [1e-4] * 5, "m | rad", ABOVE_ZERO, 0.1)
 
-    def check_sampling(self, name: str, period: float) -> None:
-        """Check that the sampled friction is stable on the nominal robot in every posture.
+    def check_sampling(self, name: str, period: float, model: RobotModel | None = None) -> None:
+        """Check that the sampled friction is stable in every posture of a robot, or the nominal.
 
         Raises:
             ValueError: it is too stiff or too viscous for this period [s].
         """
         f = FRICTION.unpack(self.parameters())
-        number = chatter_number(period * f.sigma_0 + 2.0 * (f.sigma_1 + f.viscous), period)
+        number = chatter_number(period * f.sigma_0 + 2.0 * (f.sigma_1 + f.viscous), period, model)
         if not number < FRICTION_LIMIT:
             raise ValueError(
                 f"{name}: h max lambda(M^-1 (h sigma_0 + 2 (sigma_1 + viscous))) = {number:.3g} at "

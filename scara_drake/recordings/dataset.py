@@ -77,6 +77,7 @@ def to_dataset(
             "Conventions": "CF-1.11",
             "format_version": FORMAT_VERSION,
             "comment": "SI units; W: world, z up; E: tool frame",
+            **description.get("notes", {}),
         },
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from itertools import pairwise
 from typing import Any, cast
@@ -33,6 +33,7 @@ class Origin:
         seed: of its random draws.
         surfaces: names of the surfaces that the tool may touch.
         duration: [s], of a whole run.
+        notes: further attributes of the recording.
     """
 
     scenario_name: str
@@ -40,6 +41,7 @@ class Origin:
     seed: int
     surfaces: tuple[str, ...] = ()
     duration: float = 0.0
+    notes: dict[str, str | int | float] = field(default_factory=dict)
 
 
 class SignalBundle(Multiplexer):

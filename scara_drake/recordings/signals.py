@@ -57,6 +57,9 @@ SIGNALS: Final[dict[str, Signal]] = {
     "penetration": Signal("penetration", 0, ("surface",), "m", "depth of the tool in each surface"),
     "rumble": Signal("rumble", 0, ("motor",), "1", "strength of the motors, 0 to 1"),
     "joystick_axes": Signal("joystick_axes", 0, ("stick",), "1", "axes, -1 to 1"),
+    "device_connected": Signal(
+        "device_connected", 0, (), "1", "1 while the operator's device is there", False
+    ),
     "delay_up": Signal("delay_up", 0, (), "s", "delay of the command"),
     "delay_down": Signal("delay_down", 0, (), "s", "delay of the force"),
     "status": Signal(

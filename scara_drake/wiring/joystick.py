@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +37,7 @@ def add_joystick(
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     period, command = scenario.time_step, operator.first_command()
     device = operator.open_device()
+    _say_who_commands(operator, device)
     joystick = builder.AddNamedSystem("joystick", operator.make_source(device))
     mapping = builder.AddNamedSystem("mapping", JoystickToPose(operator.mapping, period))
     link = scenario.channel.link("up")
@@ -47,7 +49,7 @@ def add_joystick(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, command, q_start, seed, period),
     )
-    builder.Connect(joystick.get_output_port(), mapping.get_input_port())
+    builder.Connect(joystick.GetOutputPort("joystick_axes"), mapping.get_input_port())
     builder.Connect(mapping.get_output_port(), uplink.get_input_port())
     received = uplink.GetOutputPort("signal_received")
     watched = _add_watch(builder, scenario, uplink)
@@ -63,6 +65,15 @@ def add_joystick(
     if "f_env_on_tool_W" in signals:
         made |= _add_force(builder, scenario, signals, device)
     return signals | made
+
+
+def _say_who_commands(operator: Joystick, device: Device | None) -> None:
+    """Say which device is in use, as "auto" leaves that open."""
+    name = f"trace {operator.trace_path().name}" if device is None else device.name
+    absent = device is None and operator.device == "auto"
+    logging.getLogger(__name__).info(
+        "Operator: %s%s", name, ", as no joystick is plugged in" if absent else ""
+    )
 
 
 def _add_watch(builder: DiagramBuilder, scenario: Scenario, uplink: System) -> Signals:

@@ -6,8 +6,8 @@ in the union of `Scenario.operator`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.common import checks
-from scara_drake.ik.system import FOLLOWERS, first_posture
+from scara_drake.ik.system import FOLLOWERS, first_answer
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.master import Master
@@ -25,6 +25,7 @@ from scara_drake.wiring.joint_motion import add_joint_motion
 from scara_drake.wiring.joystick import add_joystick
 
 if TYPE_CHECKING:
+    from scara_drake.ik.result import IkResult
     from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -39,12 +40,16 @@ class OperatorWiring:
         start: first reference (12,) = (q, v) of an operator in a scenario without `q0`.
         check: raises a ValueError where the scenario has a part that the kind does not go with.
         moves_at_start: the reference moves from the first instant, wherever the arm stands.
+        answer: how the inverse kinematics found `start`, of an operator that commands the tool.
+        unused: fields that the kind has no use for, each with what does that for it.
     """
 
     add: Callable[[DiagramBuilder, Scenario, Array, Signals], Signals]
     start: Callable[[Scenario], Array]
     check: Callable[[Scenario], None]
     moves_at_start: bool = False
+    answer: Callable[[Scenario], IkResult] | None = None
+    unused: Mapping[str, str] = field(default_factory=dict)
 
 
 def wiring_of(scenario: Scenario) -> OperatorWiring:
@@ -58,6 +63,22 @@ def wiring_of(scenario: Scenario) -> OperatorWiring:
         names = ", ".join(known.__name__ for known in OPERATORS)
         raise ValueError(f"operator: '{kind.__name__}', allowed {names}")
     return OPERATORS[kind]
+
+
+def unused_settings(scenario: Scenario, keys: Iterable[str]) -> list[str]:
+    """Return a sentence for each setting that the scenario's operator has no use for.
+
+    Args:
+        scenario: checked.
+        keys: dotted, of the settings, such as "channel.up.delay".
+    """
+    kind, unused = type(scenario.operator).__name__, wiring_of(scenario).unused
+    return [
+        f"{key}: not used with the operator {kind}; {instead}"
+        for key in keys
+        for field_name, instead in unused.items()
+        if f"{key}.".startswith(f"{field_name}.")
+    ]
 
 
 def add_operator(
@@ -78,17 +99,30 @@ def start_posture(scenario: Scenario) -> Array:
     return wiring_of(scenario).start(scenario)[:6]
 
 
+def start_answer(scenario: Scenario) -> IkResult | None:
+    """Return the answer that the arm starts from; None with `q0`, or without a tool command.
+
+    Raises:
+        ValueError: the first tool command cannot be reached.
+    """
+    answer = wiring_of(scenario).answer
+    return None if answer is None or scenario.q0 is not None else answer(scenario)
+
+
 def first_reference(scenario: Scenario, q_start: Array) -> Array:
     """Return the joint reference (12,) = (q, v) at t = 0 of an arm that starts at `q_start`."""
     kind = wiring_of(scenario)
     return kind.start(scenario) if kind.moves_at_start else np.concatenate([q_start, np.zeros(6)])
 
 
-def _at_first_command(scenario: Scenario) -> Array:
+def _answer_to_first_command(scenario: Scenario) -> IkResult:
     operator: Any = scenario.operator
-    command = operator.first_command()
-    q = first_posture(scenario.inverse_kinematics, command, scenario.seed_of("inverse_kinematics"))
-    return np.concatenate([q, np.zeros(6)])
+    seed = scenario.seed_of("inverse_kinematics")
+    return first_answer(scenario.inverse_kinematics, operator.first_command(), seed)
+
+
+def _at_first_command(scenario: Scenario) -> Array:
+    return np.concatenate([_answer_to_first_command(scenario).q, np.zeros(6)])
 
 
 def _at_motion_start(scenario: Scenario) -> Array:
@@ -117,10 +151,34 @@ def _anything_goes(scenario: Scenario) -> None:
     """Accept every scenario."""
 
 
+NEEDS_MASTER = "a coupling needs 'operator: !Master {}', as in the scenario bilateral"
+
 OPERATORS: dict[type, OperatorWiring] = {
-    Joystick: OperatorWiring(add_joystick, _at_first_command, _anything_goes),
-    Master: OperatorWiring(add_bilateral, _at_first_command, _check_master),
+    Joystick: OperatorWiring(
+        add_joystick,
+        _at_first_command,
+        _anything_goes,
+        answer=_answer_to_first_command,
+        unused={"coupling": NEEDS_MASTER},
+    ),
+    Master: OperatorWiring(
+        add_bilateral,
+        _at_first_command,
+        _check_master,
+        answer=_answer_to_first_command,
+        unused={"haptics": "the force on the hand is that of 'coupling'"},
+    ),
     JointMotion: OperatorWiring(
-        add_joint_motion, _at_motion_start, _no_device, moves_at_start=True
+        add_joint_motion,
+        _at_motion_start,
+        _no_device,
+        moves_at_start=True,
+        unused={
+            "channel": "a delay that the controller feels is 'process_delay', such as "
+            "'process_delay={reference: !ConstantDelay {delay: 0.1}}'",
+            "inverse_kinematics": "the joints are commanded; a tool is commanded by a Joystick",
+            "coupling": NEEDS_MASTER,
+            "haptics": "a joystick that shakes needs 'operator: !Joystick {}'",
+        },
     ),
 }

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, SceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
@@ -16,25 +14,38 @@ from scara_drake.scenario import dump_scenario
 from scara_drake.wiring import Signals, plant_of
 
 if TYPE_CHECKING:
+    from scara_drake.ik.result import IkResult
     from scara_drake.scenario import Scenario
 
-Array = NDArray[np.float64]
-
-DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W")
+DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W", "device_connected")
 
 
 def add_export(
-    builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
-) -> Signals:
-    """Record the signals that have a name in a recording, and export all of them."""
+    builder: DiagramBuilder, scenario: Scenario, answer: IkResult | None, signals: Signals
+) -> None:
+    """Record the signals that have a name in a recording, and export all of them.
+
+    The recording also says how the first posture was found, if it was.
+    """
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
     text, duration = dump_scenario(scenario), scenario.duration
-    origin = Origin(scenario.name, text, scenario.seed, surfaces, duration)
+    notes = _notes(answer, device_name(signals))
+    origin = Origin(scenario.name, text, scenario.seed, surfaces, duration, notes)
     periodic = periods(signals)
     add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
     for name, port in signals.items():
         builder.ExportOutput(port, name)
-    return signals
+
+
+def _notes(answer: IkResult | None, device: str) -> dict[str, str | int | float]:
+    if answer is None:
+        return {"device": device}
+    return {
+        "device": device,
+        "first_posture_method": answer.found_by,
+        "first_posture_evaluations": answer.evaluations,
+        "first_posture_seconds": answer.seconds,
+    }
 
 
 def add_scene(
@@ -48,6 +59,12 @@ def add_scene(
     for name in DRAWN:
         if name in signals:
             builder.Connect(signals[name], annotations.GetInputPort(name))
+
+
+def device_name(signals: Signals) -> str:
+    """Return what the stick's axes come from, "" where there is no stick."""
+    port = signals.get("joystick_axes")
+    return str(getattr(port.get_system(), "device_name", "")) if port is not None else ""
 
 
 def periods(signals: Signals) -> dict[str, float]:

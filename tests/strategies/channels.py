@@ -60,9 +60,8 @@ class Conditions:
             start = random.integers(0, steps)
             arrive[start : start + round(random.uniform(0.0, self.longest) / PERIOD)] = never
         shown = np.zeros(steps + 1, dtype=np.int64)
-        for number, tick in enumerate(arrive):
-            if tick < steps:
-                shown[tick + 1] = number + 1  # row k + 1 is written at tick k
+        (sent,) = np.nonzero(arrive < steps)
+        shown[arrive[sent] + 1] = sent + 1  # row k + 1 is written at tick k; the last one stays
         came = np.where(shown > 0, np.arange(steps + 1), 0)
         return shown[np.maximum.accumulate(came)][:steps]
 
@@ -71,9 +70,10 @@ def _lost(random: np.random.Generator, steps: int, loss: float, burst: float) ->
     """Whether each packet (steps,) is lost: a share `loss` of them, on average `burst` together."""
     if loss <= 0.0:
         return np.zeros(steps, dtype=bool)
+    good = random.geometric(max(min(loss / (burst * (1.0 - loss)), 1.0), 1e-9), steps)
     bad = random.geometric(1.0 / burst, steps)
-    good = random.geometric(min(loss / (burst * (1.0 - loss)), 1.0), steps)
     spans = np.stack([good, bad], axis=1).ravel()
+    spans = np.minimum(spans, steps)[: 1 + np.searchsorted(np.cumsum(spans), steps)]
     return np.repeat(np.arange(spans.size) % 2 == 1, spans)[:steps]
 
 

@@ -27,7 +27,6 @@ from scara_drake.channel.links import Channel, Link
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
-from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.experiments.claim import Experiment
 from scara_drake.experiments.teleoperation.couplings_claims import claims
 from scara_drake.metrics import bilateral as bilateral_metrics
@@ -75,6 +74,8 @@ SETTLE, FADE_OUT = 4.0, 4.0  # [s] before and after the sweep
 
 FIGURES: Final = {
     "peak": ("N", "largest force at the master, before the limit of its actuators"),
+    "shown": ("N", "mean force at the master in the steady part of the press"),
+    "felt": ("N", "mean force at the tool in that part, in the master's units"),
     "contact": ("1", "share of the steady part of the press in which the tool is touched"),
     "position_error": ("m", "tool from master, delay removed, rms: pressing, or free all along"),
     "drift": ("m", "tool from master, largest at the end of the run"),
@@ -249,7 +250,6 @@ def press_figures(job: Job) -> dict[str, float | bool]:
         position = position.sel(time=steady)
     force = bilateral_metrics.force_error(recording, coupling.force_scale)
     left = bilateral_metrics.drift(recording, coupling.position_scale)
-    reserve = 2.0 * coupling.reserve if isinstance(coupling, Tdpa) else 0.0
     ripple = bilateral_metrics.force_ripple(held)
     way = float(np.linalg.norm(master.targets[1]))
     thrown = 0.5 * master.hand_stiffness * way**2
@@ -260,12 +260,14 @@ def press_figures(job: Job) -> dict[str, float | bool]:
         "stable": ripple < SWING * master.hand_stiffness * way
         and not bilateral_metrics.is_driven(resting, master.mass, thrown),
         "peak": bilateral_metrics.peak_force(recording),
+        "shown": bilateral_metrics.mean_size(held.f_master),
+        "felt": coupling.force_scale * bilateral_metrics.mean_size(held.f_env_on_tool_W),
         "contact": bilateral_metrics.contact_share(held),
         "position_error": float(metrics.rmse(position)),
         "drift": float(left.sel(time=slice(job.duration - LAST, None)).max()),
         "force_error": float(metrics.rmse(force.sel(time=steady))),
         "ripple": ripple,
-        "energy_margin": bilateral_metrics.energy_margin(recording, reserve),
+        "energy_margin": bilateral_metrics.energy_margin(recording, coupling.reserves()),
         "age_mean": float(ages.mean()),
         "age_p99": float(np.quantile(ages, 0.99)),
     }

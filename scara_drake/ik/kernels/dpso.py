@@ -1,4 +1,4 @@
-"""Where a search by swarms is entered from loops and from Python."""
+"""Where a search by the swarms alone is entered from Python."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.ik.kernels.postures import TURN, goal_kernel, nearest_turns_kernel
+from scara_drake.ik.kernels.postures import goal_kernel, nearest_turns_kernel
 from scara_drake.ik.kernels.search import (
     particles_kernel,
     population_kernel,
@@ -15,41 +15,15 @@ from scara_drake.ik.kernels.search import (
     sized_kernel,
 )
 from scara_drake.ik.kernels.swarm import Rule, draws, swarm_kernel
-from scara_drake.ik.options import TUNED, Dpso
+from scara_drake.ik.options import Dpso
 from scara_drake.ik.result import POSITION_TOLERANCE
 
 Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def dpso_kernel(p: Array, R: Array, first_joint: int, seed: int, q: Array) -> tuple[int, int]:
-    """Solve one pose by DPSO with polish and the tuned parameters, in place of the start q (6,).
-
-    The entry for loops: everything that is the same for each call is compiled in.
-
-    Args:
-        p: target (3,) [m].
-        R: target (3, 3).
-        first_joint: 0 moves the mast, 1 keeps the height of q.
-        seed: of the draws.
-        q: posture (6,), in place; theta2, theta3, theta6 end nearest to where they were.
-
-    Returns:
-        Evaluations and iterations.
-    """
-    start = q.copy()
-    evaluations, iterations, _ = search_kernel(
-        TUNED, True, True, goal_kernel(p, R, first_joint), search_box_kernel(p), draws(seed),
-        np.empty((0, 2)), q,
-    )  # fmt: skip
-    nearest_turns_kernel(q, start)
-    return evaluations, iterations
-
-
-@njit(cache=True)
 def dual_search_kernel(
     parameters: Dpso,
-    polish: bool,
     p: Array,
     R: Array,
     first_joint: int,
@@ -59,13 +33,12 @@ def dual_search_kernel(
 ) -> tuple[int, int, int]:
     """DPSO from outside, on the joint ranges; see `search_kernel`."""
     goal, box = goal_kernel(p, R, first_joint), search_box_kernel(p)
-    return search_kernel(parameters, True, polish, goal, box, draws(seed), history, q)
+    return search_kernel(parameters, True, goal, box, draws(seed), history, q)
 
 
 @njit(cache=True)
 def single_search_kernel(
     parameters: Dpso,
-    polish: bool,
     p: Array,
     R: Array,
     first_joint: int,
@@ -75,20 +48,7 @@ def single_search_kernel(
 ) -> tuple[int, int, int]:
     """The traditional PSO from outside, on the joint ranges; see `search_kernel`."""
     goal, box = goal_kernel(p, R, first_joint), search_box_kernel(p)
-    return search_kernel(parameters, False, polish, goal, box, draws(seed), history, q)
-
-
-@njit(cache=True)
-def free_search_kernel(
-    p: Array, R: Array, first_joint: int, limits: bool, seed: int, q: Array
-) -> None:
-    """DPSO as `dpso_kernel`, in place of q (6,), with or without the limits of joints that turn."""
-    goal, box = goal_kernel(p, R, first_joint), search_box_kernel(p)
-    if not limits:
-        for j in range(1, 6):
-            goal.bounds.lower[j], goal.bounds.upper[j] = -TURN, TURN
-            box.low[j], box.high[j] = -TURN, TURN
-    search_kernel(TUNED, True, True, goal, box, draws(seed), np.empty((0, 2)), q)
+    return search_kernel(parameters, False, goal, box, draws(seed), history, q)
 
 
 @njit(cache=True)

@@ -1,8 +1,7 @@
 """The search for a pose by dual particle swarm optimisation, and by the traditional PSO.
 
 PSO-1 looks for the position, PSO-2 for the orientation around PSO-1's best, and one swarm with
-equal weights steps in where PSO-2 stalls (Figure 3 of the paper). With `polish`, damped least
-squares from the best particles stands in for PSO-2 and the fallback.
+equal weights steps in where PSO-2 stalls (Figure 3 of the paper). That is one pass.
 """
 
 from __future__ import annotations
@@ -16,10 +15,9 @@ from numpy.typing import NDArray
 from scara_drake.common.layout import Cell
 from scara_drake.ik.kernels.errors import misfit_kernel, within_kernel
 from scara_drake.ik.kernels.postures import Goal
-from scara_drake.ik.kernels.refine import Descent, refine_kernel
 from scara_drake.ik.kernels.swarm import Draws, Rule, swarm_kernel
 from scara_drake.ik.options import Dpso, Swarm
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_LENGTH, ROTATION_TOLERANCE
+from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
 from scara_drake.kinematics import REACH
 
@@ -196,39 +194,64 @@ def fallback_kernel(search: Search, swarm: Swarm) -> None:
 
 
 @njit(cache=True)
-def polish_kernel(search: Search, x: Array, length: float, q: Array) -> bool:
-    """Refine the best of some particles x (n, 6) by damped least squares, until one succeeds.
+def pass_kernel(search: Search, dual: bool) -> bool:
+    """Run one pass; return whether the leader of the swarm that ran last is in both tolerances."""
+    parameters = search.parameters
+    n = population_kernel(6 - search.goal.bounds.first_joint)
+    if not dual:
+        pso1_kernel(search, sized_kernel(parameters.single, n), ROTATION_TOLERANCE)
+        return _within(search)
+    _, iterations, evaluations = pso1_kernel(search, sized_kernel(parameters.pso1, n), np.inf)
+    if not _within(search):
+        m = second_population_kernel(iterations, evaluations, n)
+        pso2_kernel(search, sized_kernel(parameters.pso2, m))
+        if not _within(search):
+            fallback_kernel(search, sized_kernel(parameters.fallback, n))
+    return _within(search)
 
-    Writes q (6,), and returns whether one did.
+
+@njit(cache=True)
+def position_pass_kernel(search: Search, dual: bool, leaders: Array) -> int:
+    """Run one pass for the position exactly and the orientation as near as it can be.
+
+    PSO-1 has to reach the position; the swarms on (25) behind it have no orientation to reach, and
+    end where they stall. Writes the leader of each stage (3, 6); returns their number, 0 where
+    PSO-1 failed.
     """
-    none, steps, trial = np.empty((0, 2)), search.parameters.steps, np.empty(6)
-    for i in range(min(search.parameters.best, x.shape[0])):
-        trial[:] = x[i]
-        position, rotation, evaluations, iterations = refine_kernel(
-            trial, search.goal, Descent(length, 1.0, steps, True), none
-        )
-        search.evaluations[()] += evaluations
-        search.iterations[()] += iterations
-        _note(search, trial, position, rotation)
-        if within_kernel(position, rotation, False):
-            # Inside; the steps that are left to exact are few.
-            q[:] = trial
-            position, rotation, evaluations, iterations = refine_kernel(
-                trial, search.goal, Descent(ROTATION_LENGTH, 1.0, steps, True), none
-            )
-            search.evaluations[()] += evaluations
-            search.iterations[()] += iterations
-            if within_kernel(position, rotation, False):
-                q[:] = trial
-            return True
-    return False
+    parameters = search.parameters
+    n = population_kernel(6 - search.goal.bounds.first_joint)
+    _, iterations, evaluations = pso1_kernel(search, sized_kernel(parameters.pso1, n), np.inf)
+    if search.position[()] > POSITION_TOLERANCE:
+        return 0
+    leaders[0] = search.leader
+    if not dual:
+        fallback_kernel(search, sized_kernel(parameters.single, n))
+        leaders[1] = search.leader
+        return 2
+    m = second_population_kernel(iterations, evaluations, n)
+    pso2_kernel(search, sized_kernel(parameters.pso2, m))
+    leaders[1] = search.leader
+    fallback_kernel(search, sized_kernel(parameters.fallback, n))
+    leaders[2] = search.leader
+    return 3
+
+
+@njit(cache=True)
+def new_search_kernel(
+    parameters: Dpso, goal: Goal, box: Box, state: Draws, history: Array, q: Array
+) -> Search:
+    """Return a search that has not begun; q (6,) has the height of a mast that does not move."""
+    return Search(
+        parameters, goal, box, state, history, q.copy(), q.copy(), np.full((), np.inf),
+        np.full((), np.inf), q.copy(), np.full((), np.inf), np.zeros((), np.int64),
+        np.zeros((), np.int64), np.zeros((), np.int64),
+    )  # fmt: skip
 
 
 @njit(cache=True)
 def search_kernel(
     parameters: Dpso,
     dual: bool,
-    polish: bool,
     goal: Goal,
     box: Box,
     state: Draws,
@@ -240,7 +263,6 @@ def search_kernel(
     Args:
         parameters: of the stages.
         dual: DPSO rather than PSO.
-        polish: least squares from the best particles of the first swarm.
         goal: pose and joints.
         box: of the draws.
         state: of the draws.
@@ -250,31 +272,11 @@ def search_kernel(
     Returns:
         Evaluations, iterations, and rows of history written.
     """
-    search = Search(
-        parameters, goal, box, state, history, q.copy(), q.copy(), np.full((), np.inf),
-        np.full((), np.inf), q.copy(), np.full((), np.inf), np.zeros((), np.int64),
-        np.zeros((), np.int64), np.zeros((), np.int64),
-    )  # fmt: skip
-    n = population_kernel(6 - goal.bounds.first_joint)
-    first = sized_kernel(parameters.pso1 if dual else parameters.single, n)
-    if dual and polish:
-        first = sized_kernel(parameters.draw, n)
-    any_rotation = np.inf if dual and not polish else ROTATION_TOLERANCE
-    budget = parameters.polish_budget if polish and dual else parameters.budget
+    search = new_search_kernel(parameters, goal, box, state, history, q)
     passes, done = 0, False
-    while not (done or (passes > 0 and search.evaluations[()] >= budget)):
-        x, iterations, evaluations = pso1_kernel(search, first, any_rotation)
-        if polish:
-            length = (ROTATION_LENGTH, 0.1, 1.0)[passes % 3]
-            if polish_kernel(search, x, length, q):
-                return search.evaluations[()], search.iterations[()], search.written[()]
-        elif dual and not _within(search):
-            m = second_population_kernel(iterations, evaluations, n)
-            pso2_kernel(search, sized_kernel(parameters.pso2, m))
-            if not _within(search):
-                fallback_kernel(search, sized_kernel(parameters.fallback, n))
+    while not (done or (passes > 0 and search.evaluations[()] >= parameters.budget)):
+        done = pass_kernel(search, dual)
         passes += 1
-        done = _within(search)
     # The leader of a swarm that ended inside the tolerance, else the best of all.
-    q[:] = search.leader if done and not polish else search.best
+    q[:] = search.leader if done else search.best
     return search.evaluations[()], search.iterations[()], search.written[()]

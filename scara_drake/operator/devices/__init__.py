@@ -24,6 +24,14 @@ class Device(Protocol):
     def read(self) -> Array:
         """Return the axes now, a new array (5,) in the order of STICK_NAMES, each in [-1, 1]."""
 
+    @property
+    def connected(self) -> bool:
+        """Whether it was there at the last `read`; if not, what that returned does not count."""
+
+    @property
+    def pressed(self) -> bool:
+        """Whether any of its buttons was down at the last `read`."""
+
     def rumble(self, low: float, high: float, milliseconds: int) -> bool:
         """Shake the low and high frequency motors (0..1) for a while; False if it cannot."""
 
@@ -32,12 +40,13 @@ class Device(Protocol):
 
 
 # Each opens the first device of its kind that is plugged in, or returns None.
-FINDERS: Final[tuple[Callable[[], Device | None], ...]] = (find_joystick,)
+FINDERS: Final[tuple[Callable[[AxisMap], Device | None], ...]] = (find_joystick,)
 
 
-def find_device() -> Device | None:
+def find_device(axes: AxisMap | None = None) -> Device | None:
     """Open the first device that is plugged in, of the first kind that has one, or return None."""
-    return next((device for find in FINDERS if (device := find()) is not None), None)
+    found = (find(axes or AxisMap()) for find in FINDERS)
+    return next((device for device in found if device is not None), None)
 
 
 __all__ = ["FINDERS", "AxisMap", "Device", "PygameDevice", "find_device"]

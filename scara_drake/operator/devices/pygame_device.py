@@ -105,7 +105,9 @@ class PygameDevice:
     """A joystick read by SDL through pygame.
 
     Unplugged, it holds the last axes: SDL centres a lost stick, and a centred stick is a command.
-    Plugged in again (SDL then gives a new instance id to the same model), it goes on by itself.
+    At least one `read` says that it is not connected. Plugged in again it goes on by itself: SDL
+    then gives it a new instance id, so it is known by its model, and one of the same model that was
+    already there before the loss is another one.
 
     Raises:
         ValueError: no joystick of this index; lists those there are.
@@ -122,6 +124,7 @@ class PygameDevice:
             if not there:
                 raise ValueError("operator.device: joystick, allowed trace: no joystick is there")
             raise ValueError(f"operator.index: {index}, allowed {there}")
+        self._lost = False
         self._open(joysticks[index])
         self._last = np.zeros(5)
 
@@ -130,8 +133,13 @@ class PygameDevice:
         self._instance: int = joystick.get_instance_id()
         self._guid: str = joystick.get_guid()
         self._name: str = joystick.get_name()
-        self._arrivals = self._sdl.arrivals
         self._sdl.taken.add(self._instance)
+        self._note_others()
+
+    def _note_others(self) -> None:
+        """Keep which joysticks are there beside ours: a later one can be ours, come back."""
+        self._arrivals = self._sdl.arrivals
+        self._others = {other.get_instance_id() for other in self._sdl.joysticks()}
 
     @property
     def name(self) -> str:
@@ -141,17 +149,28 @@ class PygameDevice:
     @property
     def connected(self) -> bool:
         """Whether it was plugged in at the last `read`, and is not closed."""
-        return self._joystick is not None and self._instance not in self._sdl.gone
+        present = not self._lost and self._instance not in self._sdl.gone
+        return self._joystick is not None and present
+
+    @property
+    def pressed(self) -> bool:
+        """Whether any of its buttons was down at the last `read`."""
+        count = self._joystick.get_numbuttons() if self.connected else 0
+        return any(self._joystick.get_button(index) for index in range(count))
 
     def read(self) -> Array:
         """Return the axes now, a new array (5,); the last ones while it is unplugged or closed."""
         if self._joystick is None:
             return self._last.copy()
         self._sdl.poll()
-        if not self.connected:
+        if self._lost:
             self._look_for_return()
-        if self.connected:
+        else:
+            self._lost = self._instance in self._sdl.gone
+        if not self._lost:
             self._last = self._axes_now()
+            if self._arrivals != self._sdl.arrivals:
+                self._note_others()
         return self._last.copy()
 
     def _look_for_return(self) -> None:
@@ -159,9 +178,10 @@ class PygameDevice:
             return
         self._arrivals = self._sdl.arrivals
         for joystick in self._sdl.joysticks():
-            free = joystick.get_instance_id() not in self._sdl.taken
+            free = joystick.get_instance_id() not in self._sdl.taken | self._others
             if free and joystick.get_guid() == self._guid:
                 self._open(joystick)
+                self._lost = False
                 return
 
     def _axes_now(self) -> Array:
@@ -193,8 +213,8 @@ class PygameDevice:
         self._joystick = None
 
 
-def find_joystick() -> PygameDevice | None:
+def find_joystick(axes: AxisMap | None = None) -> PygameDevice | None:
     """Open the first joystick that is plugged in, or return None."""
     sdl = _sdl()
     sdl.poll()
-    return PygameDevice(0) if sdl.pygame.joystick.get_count() else None
+    return PygameDevice(0, axes) if sdl.pygame.joystick.get_count() else None
