@@ -47,6 +47,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "figure_22": {"duration": 1.8},
     "figures_20_27": {"duration": 2.5},
     "figure_28": {"duration": 18.0},
+    "equivalent_control": {"duration": 1.5},
     "figures_29_30": {"duration": 5.0},
     "stability": {
         "postures": 4,
@@ -163,7 +164,6 @@ STEADFAST = {
     "IJ keeps the orientation error of its first point": FAR_AWAY,
     "DPSOIJ keeps the orientation within 0.0175 rad": FAR_AWAY,
     "The same for our default, with all rows in place of (26)": FAR_AWAY,
-    "ISMC settles before SMC": "under some disturbance either order is met",
     "The mast keeps a steady error because of gravity, larger against gravity (Figure 27)": (
         "the mast is not raised in a run so short"
     ),
