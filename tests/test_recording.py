@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -147,7 +148,7 @@ def test_other_programs_can_read_the_file(file):
         data.set_auto_chartostring(False)
         assert data.Conventions.startswith("CF-1.")
         assert data.format_version == 2
-        owners = [data, *data.variables.values()]
+        owners: list[Any] = [data, *data.variables.values()]
         values = [owner.getncattr(name) for owner in owners for name in owner.ncattrs()]
         assert {np.asarray(value).dtype.kind for value in values} <= set("Uif")
         assert np.dtype(np.int64) not in {getattr(value, "dtype", None) for value in values}
