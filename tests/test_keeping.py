@@ -20,6 +20,7 @@ from pydrake.systems.framework import LeafSystem
 import scara_drake as sd
 from scara_drake.cli.main import main
 from scara_drake.common.claimed_file import claim
+from scara_drake.display.controls import StopButton
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal, survey
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
@@ -210,6 +211,13 @@ def test_a_signal_that_is_ignored_stays_so(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_whole_run_says_that_it_is_one() -> None:
     data = sd.simulate(sd.load_scenario("joint_sine", {"duration": 0.25}))
     assert (data.attrs["ended_by"], data.attrs["ended_at"]) == ("duration", 0.25)
+
+
+def test_the_stop_button_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(StopButton, "pressed", lambda self: True)
+    data = sd.simulate(sd.load_scenario("joint_sine", {"duration": 3.0}))
+    assert data.attrs["ended_by"] == "stop button"
+    assert 0.1 <= data.attrs["ended_at"] < 0.11
 
 
 @dataclass

@@ -79,7 +79,7 @@ def try_scara_drake(page, arguments):
         return
     options = make_parser().parse_args(arguments)
     if arguments[0] == "replay":
-        assert player.main(options.arguments) == 2  # it is understood, but there is no such file
+        assert player.play(options) == 2  # it is understood, but there is no such file
     if arguments[0] not in ("run", "tune"):
         return
     if Path(options.scenario).suffix:  # what another command of the page has written
@@ -120,6 +120,13 @@ def try_make(page, arguments):
 
 
 def try_pip(page, arguments):
+    if arguments[1] == "--no-deps":  # without Drake: what else is needed is named beside it
+        assert arguments == ["install", "--no-deps", "-e", "."]
+        return
+    if arguments[1:3] == ["-c", "constraints.txt"] and arguments[3] != "-e":
+        known = (ROOT / "constraints.txt").read_text().lower()
+        assert all(f"\n{name.lower()}==" in f"\n{known}" for name in arguments[3:])
+        return
     assert arguments[:4] == ["install", "-c", "constraints.txt", "-e"]
     assert (ROOT / "constraints.txt").is_file()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]

@@ -92,8 +92,8 @@ def simulate(
     If the run fails, what was recorded is kept in a journal, which the error names.
 
     Drake does not free a Diagram that has systems written in Python: each call leaves about 2 MB in
-    the process. A study of thousands of runs should renew its processes, such as by
-    ``max_tasks_per_child`` of ``concurrent.futures.ProcessPoolExecutor``.
+    the process. A study of thousands of runs should renew its processes, as the search for gains
+    does, by ``max_tasks_per_child`` of ``concurrent.futures.ProcessPoolExecutor``.
 
     Args:
         scenario: from `load_scenario`; it is not changed.
