@@ -47,7 +47,7 @@ def test_the_methods_in_the_help_are_those_there_are():
 
 def test_every_command_has_a_module():
     parser = make_parser()
-    lines = ("run x", "show", "diagrams", "ik --position 1 2 3", "tune x", "replay x.nc")
+    lines = ("run x", "compile", "show", "diagrams", "ik --position 1 2 3", "tune x", "replay x.nc")
     for line in lines:
         options = parser.parse_args(line.split())
         module = __import__(options.module, fromlist=["run"])

@@ -61,7 +61,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=version("scara-drake"))
     parser.add_argument("--traceback", action="store_true", help="show where an error comes from")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
-    for add in (_add_run, _add_show, _add_diagrams, _add_ik, _add_tune, _add_replay):
+    for add in (_add_run, _add_compile, _add_show, _add_diagrams, _add_ik, _add_tune, _add_replay):
         add(commands)
     return parser
 
@@ -88,6 +88,14 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
     parser.set_defaults(module="scara_drake.cli.run", extra="")
+
+
+def _add_compile(commands: Any) -> None:
+    parser = commands.add_parser("compile", help="compile the kernels, so that no run has to")
+    parser.add_argument(
+        "scenarios", nargs="*", metavar="SCENARIO", help="what they need (default: all shipped)"
+    )
+    parser.set_defaults(module="scara_drake.cli.compile", extra="")
 
 
 def _add_show(commands: Any) -> None:

@@ -10,6 +10,7 @@ from pydrake.geometry import Meshcat
 from rich.console import Console
 
 from scara_drake import metrics
+from scara_drake.cli.kernels import compile_kernels
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
@@ -41,6 +42,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
     if options.html:
         options.html.parent.mkdir(parents=True, exist_ok=True)
+    if not options.no_meshcat:
+        compile_kernels(scenario)  # before the scene, which stays empty while it goes on
     meshcat = None if options.no_meshcat else Meshcat()
     if meshcat is not None:
         console.print(f"Scene: {meshcat.web_url()}")
