@@ -1,8 +1,10 @@
 """Bilateral teleoperation of a 6-DOF SCARA for nuclear dismantling, as a Drake Diagram."""
 
+from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from scara_drake.common.kernel_cache import prepare_kernel_cache
 
@@ -30,8 +32,24 @@ __all__ = [
     "load_recording",
     "load_scenario",
     "make_diagram",
+    "metrics",
+    "plotting",
     "recording",
     "save_recording",
     "simulate",
     "verdict",
 ]
+
+if TYPE_CHECKING:
+    from scara_drake import metrics, plotting
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import what takes a while to import when it is asked for."""
+        if name in ("metrics", "plotting"):
+            return import_module(f"{__name__}.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

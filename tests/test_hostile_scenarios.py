@@ -5,12 +5,14 @@ import time
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from kinds import of_kind
 from strategies import examples
 from strategies.scenarios import NASTY, bomb, settings_within_bounds, tampered
 
 from scara_drake.cli.main import main
 from scara_drake.common.resources import resource
 from scara_drake.common.yaml_text import read_yaml
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.diagram import make_diagram
 from scara_drake.scenario import dump_scenario, load_scenario, parse_overrides, scenario_names
 
@@ -153,5 +155,5 @@ def test_an_entry_of_a_list_is_set_by_its_index():
         ),
     )  # fmt: skip
     assert scenario.environment.surfaces[0].stiffness == 3000
-    assert scenario.controller.k == [150, 100, 7, 75, 40, 20]
+    assert of_kind(IntegralSlidingMode, scenario.controller).k == [150, 100, 7, 75, 40, 20]
     assert scenario.q0 == [4.5, 0, 0, 0, 0, 0]

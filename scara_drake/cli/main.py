@@ -66,7 +66,8 @@ def _told(console: Console) -> Iterator[None]:
     notes.addHandler(handler)
     notes.setLevel(logging.INFO)
     with warnings.catch_warnings():
-        before, warnings.showwarning = warnings.showwarning, show
+        before = warnings.showwarning
+        warnings.showwarning = show  # type: ignore[assignment]  # the rest is passed on
         warnings.simplefilter("always", UserWarning)
         try:
             yield
