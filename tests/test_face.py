@@ -56,7 +56,7 @@ def test_a_scenario_is_shown_in_short_lines_of_what_is_its_own(name):
     assert shown.startswith(f"Scenario {name}\n")
     assert max(len(line) for line in shown.splitlines()) <= 120
     assert len(shown.splitlines()) <= 100
-    assert "operator:" in shown
+    assert "\ndescription: " in shown
 
 
 def test_the_defaults_are_shown_too():
