@@ -1,7 +1,9 @@
 """Bilateral teleoperation of a 6-DOF SCARA for nuclear dismantling, as a Drake Diagram."""
 
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from scara_drake.common.kernel_cache import prepare_kernel_cache
 
@@ -34,9 +36,25 @@ __all__ = [
     "load_recording",
     "load_scenario",
     "make_diagram",
+    "metrics",
+    "plotting",
     "recording",
     "save_recording",
     "simulate",
     "to_table",
     "verdict",
 ]
+
+if TYPE_CHECKING:
+    from scara_drake import metrics, plotting
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import what takes a while to import when it is asked for."""
+        if name in ("metrics", "plotting"):
+            return import_module(f"{__name__}.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

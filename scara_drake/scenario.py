@@ -18,7 +18,7 @@ from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
-from scara_drake.common.schema import build, yaml_of
+from scara_drake.common.schema import build, changed_yaml, yaml_of
 from scara_drake.common.yaml_text import read_yaml
 from scara_drake.control.contract import ControllerPart, check_controller
 from scara_drake.control.governor import ReferenceGovernor
@@ -71,7 +71,7 @@ class Logging:
     period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
-@dataclass
+@dataclass(repr=False)
 class Scenario:
     """One runnable Diagram, in SI units.
 
@@ -122,6 +122,17 @@ class Scenario:
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
     logging: Logging = field(default_factory=Logging)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self.__dataclass_fields__:
+            fields = ", ".join(self.__dataclass_fields__)
+            near = checks.nearest(name, self.__dataclass_fields__)
+            raise AttributeError(f"scenario.{name}: unknown field, allowed {fields}{near}")
+        object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        """The fields that differ from their defaults, as YAML."""
+        return f"Scenario {self.name}\n{changed_yaml(self)}".rstrip()
 
     def check_together(self, name: str) -> None:
         """Check what concerns more than one part.
