@@ -13,6 +13,7 @@ from scara_drake.coupling.ends import MasterEnd, SlaveEnd
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.environment import ImpedanceContact
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.operator.external import ExternalSource
 from scara_drake.operator.haptics import HapticOutput
 from scara_drake.operator.joint_motion import JointMotionSource
 from scara_drake.operator.joystick import JoystickSource
@@ -22,6 +23,7 @@ from scara_drake.operator.master import SimulatedMaster
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.friction import JointFrictionSystem
+from scara_drake.plant.joint_forces import JointForces
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer
@@ -31,12 +33,14 @@ __all__ = [
     "ContactForceEstimator",
     "ContinuousLayer",
     "EncoderSystem",
+    "ExternalSource",
     "FiniteStates",
     "HapticOutput",
     "ImpedanceContact",
     "IntegralAction",
     "IntegralSlidingModeController",
     "InverseKinematicsSystem",
+    "JointForces",
     "JointFrictionSystem",
     "JointMotionSource",
     "JointPerturbationSource",
