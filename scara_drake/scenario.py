@@ -35,6 +35,7 @@ from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
 from scara_drake.environment import Environment
 from scara_drake.ik.system import InverseKinematics
+from scara_drake.operator.external import External
 from scara_drake.operator.haptics import HapticMapping
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
@@ -45,7 +46,7 @@ from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
-Operator = Joystick | Master | JointMotion
+Operator = Joystick | External | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 if TYPE_CHECKING:  # from Python any controller will do; a YAML tag chooses one of these
     Controller = ControllerPart
@@ -75,9 +76,9 @@ class Logging:
 class Scenario:
     """One runnable Diagram, in SI units.
 
-    With a `Joystick` operator the command crosses `channel` to `inverse_kinematics`, and the
-    contact force returns over it to `haptics`. With a `JointMotion` the references go straight to
-    the controller and those three parts stay unused.
+    With a `Joystick` or `External` operator the command crosses `channel` to `inverse_kinematics`,
+    and the contact force returns over it to `haptics`. With a `JointMotion` the references go
+    straight to the controller and those three parts stay unused.
 
     Attributes:
         name: of the Diagram and the recording; that of the file if empty.

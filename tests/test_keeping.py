@@ -243,7 +243,7 @@ class FailingSystem(LeafSystem):
 
 def test_what_a_failing_run_recorded_is_kept_and_named() -> None:
     scenario = sd.load_scenario("joint_sine", {"duration": 2.0})
-    scenario.controller = Failing()  # type: ignore[assignment] # as a user does
+    scenario.controller = Failing()
     with pytest.raises(ZeroDivisionError, match="own mistake") as failed:
         sd.simulate(scenario)
     (note,) = failed.value.__notes__

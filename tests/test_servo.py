@@ -199,7 +199,7 @@ def test_nearly_every_posture_comes_back_from_where_it_was_held(joints_, least):
         distance, _ = kinematics.pose_error(
             kinematics.forward_kinematics(q0), kinematics.forward_kinematics(references[-1, :6])
         )
-        back += distance < 2e-3
+        back += int(distance < 2e-3)
     assert held >= 10
     assert back >= least
 
