@@ -188,18 +188,18 @@ def test_a_command_that_leads_back_moves_the_arm_again():
 def test_nearly_every_posture_comes_back_from_where_it_was_held(joints_, least):
     """20 random postures, sent 2 m away and called back; a trap at a singularity may remain."""
     rng = np.random.default_rng(1)
-    back = held = 0
+    back, held = 0, 0
     low, high = np.array(joints.LOWER), np.array(joints.UPPER)
     for q0 in rng.uniform(0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high, (20, 6)):
         direction = rng.normal(size=3)
         away = command_at(q0, 2.0 * direction / np.linalg.norm(direction))
         commands = [away] * 3000 + [command_at(q0)] * 9000
         references, statuses, _ = follow(commands, q0, joints_, "pose")
-        held += (statuses[:3000] == servo.HOLDING).any()
+        held += bool((statuses[:3000] == servo.HOLDING).any())
         distance, _ = kinematics.pose_error(
             kinematics.forward_kinematics(q0), kinematics.forward_kinematics(references[-1, :6])
         )
-        back += int(distance < 2e-3)
+        back += bool(distance < 2e-3)
     assert held >= 10
     assert back >= least
 
