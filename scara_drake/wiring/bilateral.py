@@ -28,6 +28,20 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+COMMAND_TICKS = 4  # master, uplink and slave, and the kinematics after its limiter
+FORCE_TICKS = 3  # slave, downlink and master, from the force of the contact to that of the device
+
+
+def own_latency(scenario: Scenario) -> float:
+    """Return the delay [s] that the loop has there and back beside that of its channel.
+
+    A tick for each block that a signal crosses, and the lag 2 / bandwidth of the limiter of the
+    commands, which is the larger part. A coupling that is not passive has to bear it, too.
+    """
+    ticks = COMMAND_TICKS + FORCE_TICKS
+    return ticks * scenario.time_step + 2.0 / scenario.inverse_kinematics.bandwidth
+
+
 def add_bilateral(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
