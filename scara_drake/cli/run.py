@@ -15,6 +15,7 @@ from scara_drake.display.page import publish_recording, save_html, start_recordi
 from scara_drake.recordings.files import save_recording
 from scara_drake.scenario import load_scenario, parse_overrides
 from scara_drake.simulation import run as simulation
+from scara_drake.stability.foresee import foresee
 
 
 def run(options: argparse.Namespace, console: Console) -> None:
@@ -31,6 +32,8 @@ def run(options: argparse.Namespace, console: Console) -> None:
         _check_target(path, suffix)
     if options.html and options.no_meshcat:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
+    for line in foresee(scenario):
+        console.print(f"Foreseen: {line}.")
     meshcat = None if options.no_meshcat else Meshcat()
     if meshcat is not None:
         console.print(f"Scene: {meshcat.web_url()}")
