@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import test_constant_verdicts
 import xarray as xr
 from matplotlib.text import Text
 from mutants import survivors
+from small_experiments import SMALL, small
 
 from scara_drake import experiments, kinematics
 from scara_drake.experiments import (
@@ -39,36 +39,6 @@ from scara_drake.experiments.teleoperation import figure_22
 from scara_drake.joints import JOINT_NAMES, LOWER, MAX_SPEED, UPPER
 
 TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
-SMALL: dict[str, dict[str, Any]] = {
-    "table_6": {"starts": 6},
-    "table_8": {"draws": 6},
-    "figures_8_9": {"draws": 6},
-    "table_9": {"paths": 3},
-    "figures_10_11": {"paths": 3},
-    "figures_12_15": {"paths": 4},
-    "orientation_drift": {"paths": 6},
-    "figure_22": {"duration": 1.8},
-    "figures_20_27": {"duration": 2.5},
-    "figure_28": {"duration": 18.0},
-    "equivalent_control": {"duration": 1.5},
-    "figures_29_30": {"duration": 5.0},
-    "stability": {
-        "postures": 4,
-        "every": 400,
-        "duration": 1.2,
-        "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
-    },
-    "couplings": {
-        "couplings": ("direct", "TDPA"),
-        "presets": ("5 ms",),
-        "times": (0.1, 0.2, 0.4, 0.5),
-        "duration": 0.7,
-        "sweep_duration": 0.0,
-    },
-    "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
-}
-
-
 # What is enough to see that a seed gives the same bits, where SMALL is long.
 BRIEF: dict[str, dict[str, Any]] = {
     "figure_28": {"duration": 0.5},
@@ -77,11 +47,6 @@ BRIEF: dict[str, dict[str, Any]] = {
     | {"postures": 1, "duration": 0.3, "variations": {"nominal": {}}},
     "perturbation_observer": {"duration": 0.5, "contact_duration": 0.02},
 }
-
-
-@lru_cache
-def small(name):
-    return EXPERIMENTS[name](seed=0, **SMALL.get(name, {}))
 
 
 def verdicts(claims):
