@@ -18,8 +18,10 @@ def test_tab_shows_what_users_type_and_nothing_else():
         assert getattr(sd, name) is not None
     assert sd.metrics is metrics
     assert isinstance(sd.plotting, ModuleType)
+    for name in ("Path", "nothing"):
+        assert name not in dir(sd)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        _ = sd.nothing  # type: ignore[attr-defined]  # that is what is tried
+        importlib.import_module("scara_drake").__getattr__("nothing")
 
 
 @pytest.mark.parametrize("package", ["", ".metrics", ".recordings", ".common", ".environment"])

@@ -83,9 +83,9 @@ NASTY = (
 
 def bomb(levels: int) -> str:
     """A short text whose aliases write out to 10 ** levels entries."""
-    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
-    lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, levels)]
-    return "\n".join([*lines, f"duration: *a{levels - 1}"])
+    nested = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
+    nested += [f"&a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, levels)]
+    return f"description: [{', '.join(nested)}]"
 
 
 @st.composite
