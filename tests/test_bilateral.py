@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bilateral_arm import Arm
-from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.analysis import Simulator
 
 from scara_drake.channel.delays import ConstantDelay, DelayLaw, SineDelay
 from scara_drake.channel.impairments import Loss
@@ -111,8 +111,6 @@ def test_a_cloned_context_goes_on_bit_for_bit() -> None:
     clone = simulator.get_context().Clone()
     simulator.AdvanceTo(2.1)
     again = Simulator(diagram, clone)
-    # The controller and the contact would begin anew.
-    again.Initialize(InitializeParams(suppress_initialization_events=True))
     again.AdvanceTo(2.1)
     first, second = (
         diagram.GetSubsystemByName("coupling_slave").GetMyContextFromRoot(s.get_context())

@@ -111,3 +111,19 @@ def test_systems_gathers_what_it_says():
         "ImpedanceContact",
         "HapticOutput",
     } <= set(systems.__all__)
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_a_cloned_context_in_a_new_simulator_goes_on_to_the_bit(name):
+    """Its initialization leaves alone what is running, without being told to."""
+    diagram = make_diagram(load_scenario(name))
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1005)
+    fork = Simulator(diagram, simulator.get_context().Clone())
+    ends = []
+    for each in (simulator, fork):
+        each.AdvanceTo(0.1305)
+        found = each.get_context().get_discrete_state()
+        ends.append([found.value(i).copy() for i in range(found.num_groups())])
+    for one, two in zip(*ends, strict=True):
+        assert one.tobytes() == two.tobytes()

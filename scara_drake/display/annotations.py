@@ -64,6 +64,8 @@ class SceneAnnotations(LeafSystem):
         return p_WE
 
     def _start_trail(self, context: Context, discrete: DiscreteValues) -> None:
+        if context.get_time() > 0.0:
+            return  # a clone goes on
         trail = discrete.get_mutable_value(self._trail)
         trail[0] = 0.0
         trail[1:].reshape(-1, 3)[:] = self._tool_point(context)
