@@ -40,7 +40,8 @@ def run(seed: int = 0, duration: float = 3.0) -> Experiment:
         seed: nothing is random.
         duration: [s].
     """
-    smc, ismc = [], []
+    smc: list[xr.Dataset] = []
+    ismc: list[xr.Dataset] = []
     names = list(DISTURBANCES)
     for phi in LAYERS:
         for law, runs, gains in (
