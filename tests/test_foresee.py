@@ -1,6 +1,7 @@
 """What can be told before a run, and that the run does as was told."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ def test_of_a_shipped_scenario_nothing_is_told(name):
     assert foresee(load_scenario(name)) == []
 
 
-CASES = {
+CASES: dict[str, tuple[dict[str, Any], str]] = {
     "mass": ({"robot.mass_scale": 10.0}, "d1 needs 72153 N"),
     "payload": (
         {"robot.payload_mass": 500.0},

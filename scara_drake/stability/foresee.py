@@ -45,7 +45,7 @@ def foresee(scenario: Scenario) -> list[str]:
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, start_posture(scenario))
     weight = -plant.CalcGravityGeneralizedForces(context)
-    inverse_mass = np.linalg.inv(plant.CalcMassMatrix(context))
+    inverse_mass: Array = np.linalg.inv(plant.CalcMassMatrix(context)).astype(np.float64)
     told = _weight(weight) + _gains(scenario.controller)
     gains = _as_ismc(scenario.controller, scenario.time_step)
     if told or gains is None:
