@@ -99,7 +99,7 @@ def add_forces(
     `applied_generalized_force` and `applied_spatial_force`.
     """
     plant = plant_of(builder)
-    forces = {
+    forces: Signals = {
         name: signals[name] for name in ("generalized_force", "friction_force") if name in signals
     }
     if scenario.perturbation is not None:
