@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from scara_drake.common.resources import resource
+from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.mapping import JoystickMapping, remove_dead_zone
 from scara_drake.operator.shipped_trace import (
     OperatorProfile,
@@ -19,6 +20,7 @@ from scara_drake.operator.shipped_trace import (
     write_operator_trace,
 )
 from scara_drake.operator.trace import COLUMNS, load_trace
+from scara_drake.scenario import load_scenario
 
 HEADER = "time,x,y,z,mast_axis,mast_hat\n"
 
@@ -62,6 +64,17 @@ def test_what_is_written_is_read(
         (HEADER + "0,0,0,0,1.06,0\n", r"line 2, mast_axis: 1.06, allowed -1.05 to 1.05"),
         (HEADER + "0,0,0,0,0,0\n0,0,0,0,0,0\n", "time 0 s after 0 s, allowed times that increase"),
         (HEADER + "1,0,0,0,0,0\n0.5,0,0,0,0,0\n", "time 0.5 s after 1 s"),
+        (HEADER + "0,0.1_0,0,0,0,0\n", "line 2, x: '0.1_0', allowed a finite"),
+        (HEADER + "0,\u0661,0,0,0,0\n", "line 2, x: '\u0661', allowed a finite"),
+        (HEADER + "0,0,0,0,0,0\n\n1,0,0,True,0,0\n", "line 4, z: 'True', allowed a finite"),
+        (HEADER + "0,0,0,True,0,0\n", "line 2, z: 'True', allowed a finite"),
+        (HEADER + '0,"0,0,0,0,0\n' + "1,0,0,0,0,0\n" * 200, "allowed CSV text"),
+        (HEADER + "0,a" + "\nb" * 200, "allowed a finite number|allowed CSV"),
+        (HEADER.replace("z", "x"), "no column z"),
+        ("x," + HEADER + "0,0,0,0,0,0,0\n", "column x twice, allowed once"),
+        (HEADER + "1700000000.5,0,0,0,0,0\n", "first time is 1700000000 s|1700000000.5 s"),
+        (HEADER + "100,0,0,0,0,0\n", "first time is 100 s, allowed at most 10 s; .*first_row"),
+        (HEADER + "0,0,0,0,0,0\n1000,0,0,0,0,0\n", "gap of 1000 s .* times are in seconds"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path: Path, text: str, message: str) -> None:
@@ -69,6 +82,22 @@ def test_what_is_wrong_is_named(tmp_path: Path, text: str, message: str) -> None
         load_trace(write(tmp_path / "bad.csv", text))
     assert "bad.csv" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("first", [0.0, 100.0, 1.7e9])
+def test_times_are_counted_from_the_first_row_where_asked(tmp_path: Path, first: float) -> None:
+    rows = "".join(f"{first + k},0,0,0,0,0\n" for k in range(3))
+    path = write(tmp_path / "t.csv", HEADER + rows)
+    np.testing.assert_array_equal(load_trace(path, from_first_row=True)[0], [0.0, 1.0, 2.0])
+
+
+def test_a_field_of_the_scenario_asks_for_it(tmp_path: Path) -> None:
+    path = write(tmp_path / "t.csv", HEADER + "1700000000,0,0,0,0,0\n1700000001,0,0,0,0,1\n")
+    settings = {"operator.trace": str(path)}
+    with pytest.raises(ValueError, match=r"operator\.trace_from_first_row"):
+        load_scenario("free_motion", settings)
+    scenario = load_scenario("free_motion", settings | {"operator.trace_from_first_row": True})
+    assert isinstance(scenario.operator, Joystick)
 
 
 def test_missing_file_and_binary_file(tmp_path: Path) -> None:
