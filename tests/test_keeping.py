@@ -170,6 +170,15 @@ def test_a_signal_ends_a_run_as_an_interrupt_does(tmp_path: Path, number: signal
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
+def test_a_recording_may_be_judged_before_it_is_sealed(tmp_path: Path) -> None:
+    journal, record = tmp_path / "run.journal", tmp_path / "run.nc"
+    whole = run(sd.load_scenario("joint_sine", {"duration": 0.2}), journal).recording
+    save_journal(journal, record, lambda data: {"verdict": f"{data.sizes['time']} samples"})
+    loaded = sd.load_recording(record)
+    assert loaded.attrs["verdict"] == "201 samples"
+    assert loaded.equals(whole)
+
+
 @pytest.mark.parametrize("first", ENDING)
 def test_a_signal_while_it_is_saved_waits_and_a_second_one_keeps_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: signal.Signals
