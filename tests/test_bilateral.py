@@ -17,7 +17,7 @@ from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
 from scara_drake.scenario import Coupling, Scenario
-from scara_drake.wiring.bilateral import FORCE_TICKS, own_latency
+from scara_drake.wiring.bilateral import DEVICE_TICKS, FORCE_TICKS, own_latency
 
 SAFE = [Tdpa, PositionDamping, WaveVariables, ModelMediated]
 LINKS: dict[str, DelayLaw] = {
@@ -90,8 +90,9 @@ def test_the_loop_is_as_late_as_it_says(bandwidth: float) -> None:
     behind = device[:, 1] - (tool[:, 1] - tool[0, 1])
     lag = float(behind @ device[:, 4] / (device[:, 4] @ device[:, 4]))
     scenario = Scenario(inverse_kinematics=arm.inverse_kinematics)
-    expected = own_latency(scenario) - 1e-3 * FORCE_TICKS
-    assert lag == pytest.approx(expected, abs=0.6e-3)
+    expected = own_latency(scenario) - 1e-3 * (FORCE_TICKS + DEVICE_TICKS)
+    # A motion that speeds up and slows down is followed a little sooner than a steady one.
+    assert lag == pytest.approx(expected, rel=0.07)
 
 
 def test_motion_limited_is_the_motion_of_the_references() -> None:
