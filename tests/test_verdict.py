@@ -136,7 +136,7 @@ def test_an_arm_is_lost_where_it_stays_away_and_not_where_it_is_only_for_a_momen
 ):
     away = (start <= TIMES) & (start + length >= TIMES)
     verdict = metrics.verdict(made_up(TIMES, tool=np.where(away, distance, 0.0)))
-    stays = TIMES[away][-1] - TIMES[away][0] >= 0.5 or away[-1]
+    stays = TIMES[away][-1] - TIMES[away][0] >= (0.1 if away[-1] else 0.5)
     assert verdict.good is not bool(stays)
     if stays:
         assert str(verdict).startswith(f"arm lost at t = {TIMES[away][0]:.2f} s")

@@ -1,8 +1,9 @@
 """The verdict on a run: whether the arm did what it was told, by its recording alone.
 
 The arm is lost where the tool or a joint is farther from its reference than the bounds below, for
-`HOLD` or to the end of the recording. A start away from the reference is no loss where the arm gets
-there. The command is lost where it ends without arriving, or with the tool away from it.
+`HOLD`, or for `END_HOLD` to the end of the recording. A start away from the reference is no loss
+where the arm gets there. The command is lost where it ends without arriving, or with the tool away
+from it.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ TOOL_BOUND: Final = 0.05  # [m], of the tool from its reference
 ANGLE_BOUND: Final = 0.1  # [rad], of a joint from its reference
 COMMAND_BOUND: Final = 0.1  # [m], of the tool from the delayed command
 HOLD: Final = 0.5  # [s], what passes sooner counts for nothing
+END_HOLD: Final = 0.1  # [s], the same for what has not passed at the end of the recording
 SPEED_BOUND: Final = 1.5  # times the fastest rate of a joint; a reference keeps to one
 RANGE_BOUND: Final = 1e-2  # [m, rad], of a joint beyond its range
 SATURATED: Final = 0.05  # share of the time at the effort limit that is worth a word
@@ -67,7 +69,8 @@ def _arm(recording: xr.Dataset) -> Iterator[str]:
     angles = abs(tracking_error(recording)).isel(joint=slice(1, None)).max("joint")
     away = ~((tool.values <= TOOL_BOUND) & (angles.values <= ANGLE_BOUND))
     for lost in stretches(t, away, HOLD):
-        if away[0] and lost.start == t[0] and not lost.open:
+        started = away[0] and lost.start == t[0] and not lost.open
+        if started or lost.length < END_HOLD:
             continue
         during = slice(lost.start, lost.end)
         farthest = (
