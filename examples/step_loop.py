@@ -58,8 +58,8 @@ class PressEnv:
         joints = self.read("state")[:6]
         tool = sd.kinematics.forward_kinematics(joints)[:3, 3]
         near = self.read("query_object").ComputeSignedDistanceToPoint(tool)
-        scene = self.diagram.GetSubsystemByName("scene_graph").model_inspector()
-        (wall,) = (each for each in near if "wall" in scene.GetName(each.id_G))
+        name_of = self.read("query_object").inspector().GetName
+        (wall,) = (each for each in near if "wall" in name_of(each.id_G))
         force = float(np.linalg.norm(self.read("f_env_on_tool_W")))
         return np.array([*tool, wall.distance, force])
 
@@ -76,12 +76,12 @@ def policy(observation: np.ndarray, stick: float) -> float:
 
 
 env = PressEnv()
-observation, _ = env.reset()
+observation, info = env.reset()
 print(f"at the start the wall is {1e3 * observation[3]:.1f} mm away, the force {observation[4]} N")
 stick, rewards, done = 0.0, [], False
 while not done:
     stick = policy(observation, stick)
-    observation, reward, _, done, _ = env.step(np.array([0.0, stick, 0.0, 0.0, 0.0]))
+    observation, reward, _, done, info = env.step(np.array([0.0, stick, 0.0, 0.0, 0.0]))
     rewards.append(reward)
 print(f"at the end {observation[3] * 1e3:.3f} mm, force {observation[4]:.3f} N of {WANTED} N")
 print(f"steps {len(rewards)}, reward of the last one {rewards[-1]:.4f}")

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from kinds import of_kind
 from pydrake.geometry import QueryObject
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
 import scara_drake as sd
@@ -75,7 +77,7 @@ def test_a_force_from_outside_accelerates_the_joint(name: str) -> None:
     """M dv = F dt in the first step, whatever else acts on the joints."""
     force = np.array([500.0, 80.0, 50.0, 40.0, 8.0, 2.0])
     diagram = sd.make_diagram(sd.load_scenario(name))
-    plant = diagram.GetSubsystemByName("plant")
+    plant = of_kind(MultibodyPlant, diagram.GetSubsystemByName("plant"))
     states = []
     for inputs in ({}, {"applied_generalized_force": force}):
         simulator = Simulator(diagram)
@@ -95,7 +97,7 @@ def test_sensors_and_cameras_find_their_ports() -> None:
     diagram = sd.make_diagram(sd.load_scenario("teleoperation"))
     context = diagram.CreateDefaultContext()
     assert isinstance(diagram.GetOutputPort("query_object").Eval(context), QueryObject)
-    plant = diagram.GetSubsystemByName("plant")
+    plant = of_kind(MultibodyPlant, diagram.GetSubsystemByName("plant"))
     poses = diagram.GetOutputPort("body_poses").Eval(context)
     assert len(poses) == plant.num_bodies()
     for name in ("contact_results", "body_spatial_velocities", "reaction_forces", "net_actuation"):

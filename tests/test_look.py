@@ -15,10 +15,12 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from scara_drake import joints, kinematics, load_scenario
+from scara_drake.display import look
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.display.camera import set_camera
 from scara_drake.environment import Box, Cylinder, Environment, Surface, Wall
 from scara_drake.environment.scene import drawing
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.replay.recording import read_surfaces
 from scara_drake.replay.scene import HIDDEN, draw
 from scara_drake.scenario import dump_scenario
@@ -215,3 +217,17 @@ def test_the_camera_is_the_same() -> None:
     for name in ("top_color", "bottom_color"):
         seen = window.sent["set_property", "/Background", name]["value"]
         assert seen == stub.properties["/Background/<object>", name]
+
+
+def test_a_motion_that_is_known_beforehand_stays_in_the_picture():
+    motion = of_kind(JointMotion, load_scenario("joint_sine").operator)
+    places = motion.places(30.0)
+    eye, target = look.camera(places)
+    back = (eye - target) / np.linalg.norm(eye - target)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.hypot(back[0], back[1])
+    offsets = places - eye
+    depth = -offsets @ back
+    half = np.tan(np.deg2rad(75.0 / 2)) / look.ZOOM  # of the picture's height, at one metre
+    assert (depth > 0.0).all()
+    assert (np.abs(offsets @ np.cross(back, right)) < half * depth).all()
+    assert (np.abs(offsets @ right) < 1.5 * half * depth).all()

@@ -84,6 +84,13 @@ def test_what_is_wrong_is_named(tmp_path: Path, text: str, message: str) -> None
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("period", [1.0, 10.0, 20.0])
+def test_milliseconds_are_refused(tmp_path: Path, period: float) -> None:
+    rows = "".join(f"{period * k},0,0,0,0,0\n" for k in range(200))
+    with pytest.raises(ValueError, match=r"from row to row in 200 rows.* times are in seconds"):
+        load_trace(write(tmp_path / "ms.csv", HEADER + rows))
+
+
 @pytest.mark.parametrize("first", [0.0, 100.0, 1.7e9])
 def test_times_are_counted_from_the_first_row_where_asked(tmp_path: Path, first: float) -> None:
     rows = "".join(f"{first + k},0,0,0,0,0\n" for k in range(3))

@@ -17,7 +17,9 @@ Array = NDArray[np.float64]
 COLUMNS = ("time", *STICK_NAMES)
 AXIS_LIMIT = 1.05  # a little beyond 1 for a stick calibrated badly; JoystickSource clips it
 LATEST_START = 10.0  # [s]; a trace that starts later would leave the stick still so long
-LONGEST_GAP = 60.0  # [s], from row to row; times in milliseconds have larger ones
+LONGEST_GAP = 60.0  # [s], from row to row
+SAMPLED = 100  # rows: from so many on a trace is taken for one of a device,
+SLOWEST = 1.0  # [s] and no device is read so seldom; milliseconds are
 LONGEST_TEXT = 60  # of a file's, in a message
 
 # A number as other tools write it: no underscores, no digits of other scripts, no words.
@@ -38,7 +40,8 @@ def load_trace(path: str | Path, from_first_row: bool = False) -> tuple[Array, A
     Raises:
         ValueError: no such file, no such column or one twice, no rows, a value that is not a finite
             number, an axis outside ±1.05, times that do not increase, that start after 10 s or
-            leave a gap of more than 60 s; names the line and the column.
+            leave a gap of more than 60 s, or 1 s from row to row in a long trace; names the line
+            and the column.
     """
     file = Path(path)
     if not file.is_file():
@@ -68,6 +71,13 @@ def _check_clock(name: str, times: Array) -> None:
             f"operator.trace_from_first_row: true counts from it"
         )
     gap = float(np.max(np.diff(times), initial=0.0))
+    if times.size >= SAMPLED:
+        usual = float(np.median(np.diff(times)))
+        if usual >= SLOWEST:
+            raise ValueError(
+                f"{name}: {usual:g} s from row to row in {times.size} rows, allowed less than "
+                f"{SLOWEST:g} s; times are in seconds"
+            )
     if gap > LONGEST_GAP:
         raise ValueError(
             f"{name}: a gap of {gap:g} s between two rows, allowed at most {LONGEST_GAP:g} s; "

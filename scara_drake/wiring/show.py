@@ -53,8 +53,15 @@ def add_scene(
 ) -> None:
     """Draw the plant, and what belongs to it that is no body."""
     plant, scene_graph = plant_of(builder), builder.GetSubsystemByName("scene_graph")
+    # A motion that is known beforehand is in the picture from its beginning to its end.
+    places = getattr(scenario.operator, "places", lambda duration: ())(scenario.duration)
     annotations = add_visualization(
-        builder, plant, cast(SceneGraph, scene_graph), meshcat, scenario.environment
+        builder,
+        plant,
+        cast(SceneGraph, scene_graph),
+        meshcat,
+        scenario.environment,
+        places=places,
     )
     for name in DRAWN:
         if name in signals:
