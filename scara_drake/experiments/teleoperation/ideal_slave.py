@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.coupling.layouts import motion_of
 from scara_drake.environment import Wall, normal_force, surface_row
 from scara_drake.operator.hand import hand_target_at
 from scara_drake.operator.master import Master, move_device
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 
 STEP = 1e-4  # [s], of the integration
 LONGEST = 0.1  # [s], of the delays that are looked at
+Y = 1  # the axis of the press
 WAY = 0.01  # [m], from the centre to the wall
 SWING, STEADY = 0.25, 0.25  # of a stable press, see `couplings`
 
@@ -105,12 +107,13 @@ def _press(
     """Return the force at the device [N] and its speed [m/s] along y at each step (steps,)."""
     motion, target, following = np.zeros(6), np.zeros(3), np.zeros(3)
     f_hand, f = np.zeros(3), np.zeros(3)
+    now = motion_of(motion)
     force, speed = np.zeros(steps), np.zeros(steps)
     felt = np.zeros(steps)
     for k in range(steps):
-        felt[k] = force_scale * normal_force(wall, -WAY - motion[1], -motion[4])
-        f[1] = -felt[k - delay] if k >= delay else 0.0
-        force[k], speed[k] = f[1], motion[4]
+        felt[k] = force_scale * normal_force(wall, -WAY - now.x[Y], -now.v[Y])
+        f[Y] = -felt[k - delay] if k >= delay else 0.0
+        force[k], speed[k] = f[Y], now.v[Y]
         hand_target_at((k + 1) * STEP, waypoints, sweep, following)
         move_device(device, f, following, motion, target, f_hand)
     return force, speed
