@@ -175,7 +175,7 @@ def test_a_name_stands_in_the_file_that_is_said_to_have_it(page):
     said = re.findall(r"`(\w+)`,? (?:in|of) `([\w/]+\.py)`", page.read_text())
     for name, file in said:
         text = next(f for f in (ROOT / file, PACKAGE / file) if f.exists()).read_text()
-        assert re.search(rf"^(class |def )?{name}\b", text, re.MULTILINE), (name, file)
+        assert re.search(rf"^ *(class |def )?{name}\b", text, re.MULTILINE), (name, file)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -69,7 +69,8 @@ def test_ports(meshcat: Meshcat) -> None:
         system.get_input_port(i).get_name(): system.get_input_port(i).size()
         for i in range(system.num_input_ports())
     }
-    assert sizes == {"state": 12, "X_WE_desired": 7, "f_env_on_tool_W": 3}
+    drawn = {"state": 12, "X_WE_desired": 7, "f_env_on_tool_W": 3, "device_connected": 1}
+    assert sizes == drawn
     assert system.num_output_ports() == 0
 
 

@@ -45,6 +45,8 @@ def numbers(spec: Spec) -> st.SearchStrategy[float]:
     """Numbers within the bounds of a field, the bounds among them."""
     low = spec.low if math.isfinite(spec.low) else -FAR
     high = spec.high if math.isfinite(spec.high) else FAR
+    if float(high) > high:  # a whole number that no float is
+        high = math.nextafter(float(high), 0.0)
     return st.one_of(st.sampled_from([low, high]), st.floats(low, high))
 
 
