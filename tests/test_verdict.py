@@ -102,10 +102,11 @@ def test_a_lost_device_is_said_with_when_and_how_long(short, start, length, name
     assert "device" in said
     assert f"lost for {last - first:.2f} s, from {first:.2f} s to {ends}" in said
     assert verdict.good is not (to_the_end and start < 1500)
-    console = Console(file=StringIO(), width=200)
+    written = StringIO()
+    console = Console(file=written, width=200)
     run = Run(2.0, 1.0, 0, "duration", recording=recording)
     print_summary(console, sd.load_scenario("joint_sine"), run, verdict)
-    lines = console.file.getvalue().splitlines()
+    lines = written.getvalue().splitlines()
     assert any(said in line for line in lines)
     assert (f"Operator: {name}." in lines) is bool(name)
 
