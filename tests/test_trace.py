@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -19,8 +20,9 @@ from scara_drake.operator.shipped_trace import (
     stick_for,
     write_operator_trace,
 )
-from scara_drake.operator.trace import COLUMNS, load_trace
+from scara_drake.operator.trace import COLUMNS, load_trace, save_trace
 from scara_drake.scenario import load_scenario
+from scara_drake.simulation.run import simulate
 
 HEADER = "time,x,y,z,mast_axis,mast_hat\n"
 
@@ -113,6 +115,61 @@ def test_missing_file_and_binary_file(tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ValueError, match="UTF-8"):
         load_trace(tmp_path / "b.csv")
+
+
+# A trace out of a recording.
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{}, {"logging.period": 0.01}, {"logging.period": 0.007, "operator.sample_period": 0.02}],
+)
+def test_a_recording_played_again_is_equal_to_the_bit(tmp_path: Path, fields: dict) -> None:
+    # From a trace of its own: the stick starts anywhere and moves with every sample.
+    axes = np.random.default_rng(3).uniform(-1.0, 1.0, (200, 5))
+    axes[:, :3] *= 0.2
+    rows = "".join(
+        f"{0.01 * k:.2f}," + ",".join(map(repr, row.tolist())) + "\n" for k, row in enumerate(axes)
+    )
+    trace = write(tmp_path / "first.csv", HEADER + rows)
+    first = simulate(load_scenario("free_motion", {"operator.trace": str(trace), **fields}), 2.0)
+    save_trace(first, tmp_path / "again.csv")
+    fields = fields | {"operator.trace": str(tmp_path / "again.csv")}
+    again = simulate(load_scenario("free_motion", fields), 2.0)
+    assert np.ptp(first.joystick_axes.values, axis=0).min() > 0.1
+    assert first.equals(again)  # NaN, of what is not there, included
+
+
+def test_a_device_starts_at_rest_and_then_has_its_first_sample(tmp_path: Path) -> None:
+    """What a trace cannot say of a device, that it is at zero before it is read, is a row too."""
+    axes = np.zeros((4, 5))
+    axes[1:, 0] = 0.5, 0.25, -1.0
+    recording = xr.Dataset(
+        {"joystick_axes": (("time", "stick"), axes, {"period": 0.01})},
+        coords={"time": [0.0, 0.01, 0.02, 0.03]},
+    )
+    save_trace(recording, tmp_path / "t.csv")
+    times, rows = load_trace(tmp_path / "t.csv")
+    np.testing.assert_array_equal(times, [-0.01, 0.0, 0.01, 0.02])
+    np.testing.assert_array_equal(rows, axes)
+
+
+def test_what_has_no_stick_or_too_few_of_its_samples_is_refused(tmp_path: Path) -> None:
+    def sparse(value: float, every: float) -> xr.Dataset:
+        axes = np.full((3, 5), value)
+        return xr.Dataset(
+            {"joystick_axes": (("time", "stick"), axes, {"period": 0.01})},
+            coords={"time": every * np.arange(3)},
+        )
+
+    for recording, said in (
+        (xr.Dataset(coords={"time": [0.0]}), "no joystick_axes"),
+        (sparse(np.nan, 0.01), "no joystick_axes"),
+        (sparse(0.0, 0.02), "a sample every 0.02 s, allowed at most 0.01 s"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            save_trace(recording, tmp_path / "t.csv")
+    assert list(tmp_path.iterdir()) == []
 
 
 # The shipped operator.

@@ -10,6 +10,11 @@ from scara_drake.display import look
 from scara_drake.environment import Environment
 
 
+def show_whole(meshcat: Meshcat) -> None:
+    """Look at the whole crane, from the ground to the top of the mast."""
+    meshcat.SetCameraPose(*look.camera(look.WHOLE))
+
+
 def set_camera(meshcat: Meshcat, environment: Environment, places: ArrayLike = ()) -> None:
     """Look at the arm, the foot of the mast, the surfaces and some more places (n, 3) [m].
 

@@ -15,13 +15,12 @@ from scara_drake.common.resources import resource
 from scara_drake.operator.devices import AxisMap, Device, PygameDevice, find_device
 from scara_drake.operator.live_stick import LiveStick
 from scara_drake.operator.mapping import JoystickMapping, initial_command
-from scara_drake.operator.trace import load_trace
+from scara_drake.operator.trace import CLOCK_TOLERANCE, load_trace
 
 Array = NDArray[np.float64]
 Trace: TypeAlias = tuple[ArrayLike, ArrayLike]
 
 DEVICES = ("trace", "auto", "joystick")
-CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in the last bits
 
 
 @dataclass

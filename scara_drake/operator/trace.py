@@ -1,4 +1,4 @@
-"""Recorded joystick traces: reading and checking a CSV file."""
+"""Recorded joystick traces: reading and checking a CSV file, making one from a recording."""
 
 import csv
 import re
@@ -8,8 +8,10 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from numpy.typing import NDArray
 
+from scara_drake.common.files import whole_file
 from scara_drake.vectors import STICK_NAMES
 
 Array = NDArray[np.float64]
@@ -20,6 +22,7 @@ LATEST_START = 10.0  # [s]; a trace that starts later would leave the stick stil
 LONGEST_GAP = 60.0  # [s], from row to row
 SAMPLED = 100  # rows: from so many on a trace is taken for one of a device,
 SLOWEST = 1.0  # [s] and no device is read so seldom; milliseconds are
+CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in the last bits
 LONGEST_TEXT = 60  # of a file's, in a message
 
 # A number as other tools write it: no underscores, no digits of other scripts, no words.
@@ -57,6 +60,40 @@ def load_trace(path: str | Path, from_first_row: bool = False) -> tuple[Array, A
         times = times - times[0]
     _check_clock(file.name, times)
     return times, axes
+
+
+def save_trace(recording: xr.Dataset, path: str | Path) -> None:
+    """Save the stick of a recording as a trace that, played again, gives the same recording.
+
+    A log sees a tick before its update: what it has at t was sampled at the stick's last tick
+    before t. The rows have the times of those ticks; the first, before t = 0, is what the stick
+    started from. The file appears whole or not at all.
+
+    Args:
+        recording: of a run with a joystick operator, device or trace.
+        path: of the CSV file; see `load_trace`.
+
+    Raises:
+        ValueError: the recording has no stick, or was logged more seldom than the stick was
+            sampled.
+        OSError: the file cannot be written.
+    """
+    axes = recording.get("joystick_axes")
+    if axes is None or not recording.sizes["time"] or not np.isfinite(axes).all():
+        raise ValueError("recording: no joystick_axes, allowed one of a run with a Joystick")
+    period, times = float(axes.attrs["period"]), recording.time.values
+    logged = float(np.max(np.diff(times), initial=0.0))
+    if logged > period + CLOCK_TOLERANCE:
+        raise ValueError(
+            f"recording: a sample every {logged:g} s, allowed at most {period:g} s, the stick's"
+        )
+    # The stick's last tick before each time; a log that is faster has some twice.
+    ticks = np.ceil((times - CLOCK_TOLERANCE) / period) - 1.0
+    first = np.flatnonzero(np.diff(ticks, prepend=-np.inf))
+    table = pd.DataFrame(axes.values[first], columns=list(STICK_NAMES))
+    table.insert(0, "time", np.round(ticks[first] * period, 9))
+    with whole_file(path) as partial:
+        table.to_csv(partial, index=False, lineterminator="\n")
 
 
 def _check_clock(name: str, times: Array) -> None:
