@@ -42,7 +42,7 @@ TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
 # What is enough to see that a seed gives the same bits, where SMALL is long.
 BRIEF: dict[str, dict[str, Any]] = {
     "figure_28": {"duration": 0.5},
-    "figures_29_30": {"duration": 0.5},
+    "figures_29_30": {"duration": 2.0},
     "stability": SMALL["stability"]
     | {"postures": 1, "duration": 0.3, "variations": {"nominal": {}}},
     "perturbation_observer": {"duration": 0.5, "contact_duration": 0.02},
