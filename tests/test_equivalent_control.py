@@ -76,10 +76,16 @@ def test_outside_its_layer_smc_falls_where_rho_exceeds_the_perturbation(rho, sha
 
 def test_it_judges_what_it_is_given():
     data = experiment().data.copy(deep=True)
-    data.u1[:] = data.psi
     data.sigma_smc[:] = np.exp(-data.time)
-    data.sigma[:] = np.exp(-equations.K * data.time)
-    assert verdicts(data)[0] == REPRODUCED
+    for off, verdict in ((0.5, REPRODUCED), (5.0, IN_KIND)):  # of 1 % and 10 % in the thinnest
+        data.u1[:] = (1.0 - off * data.phi) * data.psi
+        late = off * data.phi * data.time / data.time.max()
+        data.sigma[:] = (
+            (np.exp(-equations.K * data.time) + late)
+            .transpose("phi", "time")
+            .values[:, :, np.newaxis]
+        )
+        assert verdicts(data) == [REPRODUCED, verdict, verdict, REPRODUCED]
     data.sigma_smc[:] = np.exp(data.time)
     data.u1[:] = 0.0
     data.sigma[:] = 1.0

@@ -42,9 +42,9 @@ TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
 # What is enough to see that a seed gives the same bits, where SMALL is long.
 BRIEF: dict[str, dict[str, Any]] = {
     "figure_28": {"duration": 0.5},
-    "figures_29_30": {"duration": 0.5},
+    "figures_29_30": {"duration": 1.7},  # up to the first turn behind the first second
     "stability": SMALL["stability"]
-    | {"postures": 1, "duration": 0.3, "variations": {"nominal": {}}},
+    | {"postures": 1, "duration": 1.2, "variations": {"nominal": {}}},
     "perturbation_observer": {"duration": 0.5, "contact_duration": 0.02},
 }
 
@@ -278,8 +278,11 @@ def test_swarms_end_inside_the_tolerances():
     good = table_8.success(data)
     for solver in ("PSO, tuned", "DPSO, tuned", "DPSO, polished"):
         assert good.sel(solver=solver).all()
+    # The polish comes behind the swarm: it spares it nothing, and adds the digits that are left.
     work = data.evaluations.median("draw").sum("posture")
-    assert 20 * work.sel(solver="DPSO, polished") < work.sel(solver="DPSO, tuned")
+    assert 1 / 3 < work.sel(solver="DPSO, polished") / work.sel(solver="DPSO, tuned") < 3
+    exact = data.position_error.median("draw").sel(posture=[2, 3, 4])  # 1 is beyond the ranges
+    assert (1e3 * exact.sel(solver="DPSO, polished") < exact.sel(solver="DPSO, tuned")).all()
 
 
 def table_8_data(position=1e-4, rotation=1e-4, pso=66, dpso=52):
@@ -356,8 +359,11 @@ def test_joint_paths_lie_in_the_ranges_and_turn_slowly():
 def test_laws_of_the_paths():
     data = small("figures_10_11").data
     position = data.position_error.max(["path", "point"])
-    for solver in figures_10_11.COMPARED:
+    # All but the paper's IJ: from the home posture its six rows may end at a compromise.
+    for solver in set(figures_10_11.COMPARED) - {"IJ"}:
         assert position.sel(solver=solver) <= TOLERANCE[0]
+    assert position.sel(solver="IJ") > TOLERANCE[0]
+    assert position.sel(solver="IJ, position rows") <= TOLERANCE[0]
     rotation = data.rotation_error.max(["path", "point"])
     assert rotation.sel(solver="DPSO") <= TOLERANCE[1]
     assert rotation.sel(solver="literal DPSOIJ") > 0.1
@@ -478,18 +484,22 @@ def test_drift_judges_what_it_is_given():
 
 def test_the_live_motion():
     data = small("figure_22").data
-    step = abs(data.q_desired.sel(joint="theta2").diff("time"))
+    step = abs(data.answer.sel(joint="theta2").diff("answer_time"))
     assert step.sel(solver="DPSO").max() > 0.5
-    assert step.sel(solver="DPSOIJ").max() <= MAX_SPEED[1] * 1e-3
+    assert step.sel(solver="DPSOIJ").max() <= MAX_SPEED[1] * 1e-3 * figure_22.EVERY
+    # Both answer the same poses; in the loop the references of both keep to the joint speeds.
+    tool = kinematics.forward_kinematics(data.answer.values)[..., :3, 3]
+    assert np.linalg.norm(tool[0] - tool[1], axis=-1).max() <= TOLERANCE[0]
+    assert (abs(data.q_desired.diff("time")) <= 1.001e-3 * MAX_SPEED).all()
     assert verdicts(small("figure_22").claims) == [REPRODUCED] * 3
 
 
 def test_figure_22_judges_what_it_is_given():
     data = small("figure_22").data.copy(deep=True)
-    data.q_desired[:] = 0.0
+    data.answer[:] = 0.0
     data.tool_error[:] = 0.0
     assert verdicts(figure_22.claims(data)) == [NOT_REPRODUCED, REPRODUCED, NOT_REPRODUCED]
-    data.q_desired.loc[{"time": slice(1.2, None)}] = 0.4
+    data.answer.loc[{"answer_time": slice(1.2, None)}] = 0.4
     data.tool_error.loc[{"solver": "DPSO"}] = 0.05
     assert verdicts(figure_22.claims(data)) == [IN_KIND, IN_KIND, IN_KIND]
 

@@ -60,6 +60,7 @@ def test_all_are_run_in_one_table(monkeypatch, capsys, tmp_path):
         return Experiment("Table 0", xr.Dataset(), [*CLAIMS, Claim("s", "p", "o", None, "r")])
 
     monkeypatch.setattr(__main__, "EXPERIMENTS", {"table_0": made, "other": made})
+    monkeypatch.setenv("COLUMNS", "200")  # no sentence is broken, wherever the tests are run
     assert __main__.main([]) == 0
     out = capsys.readouterr().out
     assert out.count("Table 0") == 2
