@@ -103,7 +103,7 @@ def test_every_link_is_where_drake_has_it(drake: Any) -> None:
     plant, _ = drake
     context = plant.CreateDefaultContext()
     rng = np.random.default_rng(1)
-    assert len(poses(HOME)) == plant.num_bodies() - 1  # without the world
+    assert len(poses(HOME)) == plant.num_bodies()
     for q in rng.uniform(LOWER, UPPER, (20, 6)):
         plant.SetPositions(context, q)
         for link, X_WL in poses(q).items():
