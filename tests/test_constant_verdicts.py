@@ -29,7 +29,6 @@ ELSEWHERE = {
 }
 # One verdict only is tried there so far.
 UNSEEN = {
-    "ISMC makes up for dynamics that it does not know",
     "ISMC does without the high switching gains that make the effort chatter",
     "ISMC performs well without information on the dynamics",
     "The times of ISMC are those of the sliding motion with c = 1",
