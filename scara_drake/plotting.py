@@ -130,8 +130,9 @@ def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
         right.plot(recording.time, level, color=color, linewidth=1, label=f"{motor} motor")
     right.set_ylim(0.0, 1.05)
     right.set_ylabel("rumble [1]")
-    right.legend(loc="best", fontsize="small")
     finish(ax, "time [s]", "force [N]")
+    # One legend for both axes, in the middle of the hill that a press is.
+    ax.legend(handles=[*ax.lines, *right.lines], loc="center", fontsize="small")
     return right
 
 
