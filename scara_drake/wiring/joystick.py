@@ -37,8 +37,9 @@ def add_joystick(
     """Add the operator's side, the channel both ways and the inverse kinematics."""
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     device = operator.open_device()
-    _say_who_commands(operator, device)
-    joystick = builder.AddNamedSystem("joystick", operator.make_source(device))
+    source = operator.make_source(device)
+    _say_who_commands(source.device_name, device is None and operator.device == "auto")
+    joystick = builder.AddNamedSystem("joystick", source)
     signals = signals | dict(outputs(joystick))
     signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
     return add_remote(builder, scenario, operator.first_command(), q_start, signals, device)
@@ -95,10 +96,8 @@ def add_remote(
     return signals | made
 
 
-def _say_who_commands(operator: Joystick, device: Device | None) -> None:
-    """Say which device is in use, as "auto" leaves that open."""
-    name = f"trace {operator.trace_path().name}" if device is None else device.name
-    absent = device is None and operator.device == "auto"
+def _say_who_commands(name: str, absent: bool) -> None:
+    """Say what the axes come from, as "auto" leaves that open, and that no joystick was there."""
     logging.getLogger(__name__).info(
         "Operator: %s%s", name, ", as no joystick is plugged in" if absent else ""
     )
