@@ -1,13 +1,16 @@
 """Bilateral teleoperation of a 6-DOF SCARA for nuclear dismantling, as a Drake Diagram."""
 
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from scara_drake.common.kernel_cache import prepare_kernel_cache
 
 prepare_kernel_cache(Path(__file__).parent)  # before any kernel is loaded
 
 from scara_drake import kinematics  # noqa: E402 - see above
+from scara_drake.operator.trace import save_trace  # noqa: E402
 from scara_drake.recordings.files import load_recording, save_recording  # noqa: E402
 from scara_drake.recordings.table import to_table  # noqa: E402
 
@@ -34,9 +37,26 @@ __all__ = [
     "load_recording",
     "load_scenario",
     "make_diagram",
+    "metrics",
+    "plotting",
     "recording",
     "save_recording",
+    "save_trace",
     "simulate",
     "to_table",
     "verdict",
 ]
+
+if TYPE_CHECKING:
+    from scara_drake import metrics, plotting
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import what takes a while to import when it is asked for."""
+        if name in ("metrics", "plotting"):
+            return import_module(f"{__name__}.{name}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -7,7 +7,7 @@ green, force red.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,10 +28,6 @@ FIRST, SECOND = look.FIRST, look.SECOND
 DESIRED, MEASURED = look.DESIRED[:3], look.MEASURED[:3]
 FORCE, WALL = look.FORCE[:3], look.SURFACE[:3]
 REVOLUTE = JOINT_NAMES[1:]
-
-Place = Literal[
-    "upper left", "upper right", "lower left", "lower right", "center left", "center right"
-]
 
 
 def tracking(recording: xr.Dataset, ax: Axes, joints: Sequence[str] = REVOLUTE) -> None:
@@ -88,7 +84,7 @@ def tool_path(recording: xr.Dataset, ax: Axes) -> None:
             limits = _around(limits, wall.point[:2].tolist())
     ax.axis(limits)
     ax.set_aspect("equal", adjustable="box")
-    finish(ax, "x [m]", "y [m]", loc="lower left")
+    finish(ax, "x [m]", "y [m]")
 
 
 def contact_force(recording: xr.Dataset, ax: Axes, surface: str | None = None) -> None:
@@ -134,8 +130,9 @@ def haptic(recording: xr.Dataset, ax: Axes) -> Axes:
         right.plot(recording.time, level, color=color, linewidth=1, label=f"{motor} motor")
     right.set_ylim(0.0, 1.05)
     right.set_ylabel("rumble [1]")
-    right.legend(loc="upper right", fontsize="small")
-    finish(ax, "time [s]", "force [N]", loc="upper left")
+    finish(ax, "time [s]", "force [N]")
+    # One legend for both axes, in the middle of the hill that a press is.
+    ax.legend(handles=[*ax.lines, *right.lines], loc="center", fontsize="small")
     return right
 
 
@@ -179,17 +176,12 @@ def coupling_energy(recording: xr.Dataset, ax: Axes, axis: str = "y", **line: An
     finish(ax, "time [s]", "energy [J]")
 
 
-def finish(
-    ax: Axes,
-    x: str,
-    y: str,
-    loc: Place = "upper right",
-) -> None:
-    """Name the axes, draw a light grid, and put a small legend in its place."""
+def finish(ax: Axes, x: str, y: str) -> None:
+    """Name the axes, draw a light grid, and put a small legend where it covers least."""
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     ax.grid(alpha=0.3)
-    ax.legend(loc=loc, fontsize="small")
+    ax.legend(loc="best", fontsize="small")
 
 
 class Wall(NamedTuple):

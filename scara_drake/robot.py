@@ -20,6 +20,7 @@ from scara_drake.common.resources import resource
 Array = NDArray[np.float64]
 
 
+MODEL: Final = "scara6"  # name of the model instance
 TOOL_FRAME: Final = "tool"
 NEGLIGIBLE: Final = 1e-6  # [kg]; a lighter payload is none, and would only meet rounding
 
@@ -40,20 +41,28 @@ class RobotModel:
     payload_offset: list[float] = vector([0.0] * 3, "m", -2.0, 2.0)
 
 
-def add_scara(plant: MultibodyPlant, model: RobotModel | None = None) -> ModelInstanceIndex:
+def add_scara(
+    plant: MultibodyPlant, model: RobotModel | None = None, name: str = MODEL
+) -> ModelInstanceIndex:
     """Add models/scara6.urdf to a plant that is not finalized; its base is welded to the world.
 
     Args:
         plant: receives the robot, and the body ``payload`` where the model has one.
         model: None is the nominal robot.
+        name: of the model instance; a second robot in a plant needs another.
+
+    Raises:
+        ValueError: the plant has a model instance of this name.
     """
     model = model or RobotModel()
+    if plant.HasModelInstanceNamed(name):
+        raise ValueError(f"name: '{name}', allowed one that no model instance of the plant has")
     parser = Parser(plant)
     parser.package_map().AddPackageXml(resource("models", "package.xml"))
-    if all(scale == 1.0 for scale in model.mass_scale):
+    if name == MODEL and all(scale == 1.0 for scale in model.mass_scale):
         (instance,) = parser.AddModels(resource("models", "scara6.urdf"))
     else:
-        (instance,) = parser.AddModelsFromString(_scaled_urdf(model.mass_scale), "urdf")
+        (instance,) = parser.AddModelsFromString(_changed_urdf(model.mass_scale, name), "urdf")
     if model.payload_mass > NEGLIGIBLE:
         point = SpatialInertia(model.payload_mass, np.zeros(3), UnitInertia(0.0, 0.0, 0.0))
         payload = plant.AddRigidBody("payload", instance, point)
@@ -63,10 +72,11 @@ def add_scara(plant: MultibodyPlant, model: RobotModel | None = None) -> ModelIn
     return instance
 
 
-def _scaled_urdf(mass_scale: list[float]) -> str:
-    """Return the URDF with the mass and the inertia of link_1 to link_6 times their factor."""
+def _changed_urdf(mass_scale: list[float], name: str) -> str:
+    """Return the URDF with a name, and mass and inertia of link_1 to link_6 times their factor."""
     ET.register_namespace("drake", "http://drake.mit.edu")  # Drake looks for its tags by prefix
     root = ET.parse(resource("models", "scara6.urdf")).getroot()
+    root.set("name", name)
     for index, scale in enumerate(mass_scale, start=1):
         for element in root.findall(f"link[@name='link_{index}']/inertial/*"):
             if element.tag in ("mass", "inertia"):

@@ -18,7 +18,7 @@ from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.resources import resource
-from scara_drake.common.schema import build, yaml_of
+from scara_drake.common.schema import build, changed_yaml, yaml_of
 from scara_drake.common.yaml_text import read_yaml
 from scara_drake.control.contract import ControllerPart, check_controller
 from scara_drake.control.governor import ReferenceGovernor
@@ -35,6 +35,7 @@ from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
 from scara_drake.environment import Environment
 from scara_drake.ik.system import InverseKinematics
+from scara_drake.operator.external import External
 from scara_drake.operator.haptics import HapticMapping
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
@@ -45,7 +46,7 @@ from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
-Operator = Joystick | Master | JointMotion
+Operator = Joystick | External | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 if TYPE_CHECKING:  # from Python any controller will do; a YAML tag chooses one of these
     Controller = ControllerPart
@@ -71,13 +72,13 @@ class Logging:
     period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
-@dataclass
+@dataclass(repr=False)
 class Scenario:
     """One runnable Diagram, in SI units.
 
-    With a `Joystick` operator the command crosses `channel` to `inverse_kinematics`, and the
-    contact force returns over it to `haptics`. With a `JointMotion` the references go straight to
-    the controller and those three parts stay unused.
+    With a `Joystick` or `External` operator the command crosses `channel` to `inverse_kinematics`,
+    and the contact force returns over it to `haptics`. With a `JointMotion` the references go
+    straight to the controller and those three parts stay unused.
 
     Attributes:
         name: of the Diagram and the recording; that of the file if empty.
@@ -122,6 +123,17 @@ class Scenario:
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
     logging: Logging = field(default_factory=Logging)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self.__dataclass_fields__:
+            fields = ", ".join(self.__dataclass_fields__)
+            near = checks.nearest(name, self.__dataclass_fields__)
+            raise AttributeError(f"scenario.{name}: unknown field, allowed {fields}{near}")
+        object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        """The fields that differ from their defaults, as YAML."""
+        return f"Scenario {self.name}\n{changed_yaml(self)}".rstrip()
 
     def check_together(self, name: str) -> None:
         """Check what concerns more than one part.

@@ -15,6 +15,7 @@ from scara_drake.coupling.ends import MasterEnd, SlaveEnd
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.environment import ImpedanceContact
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.operator.external import ExternalSource
 from scara_drake.operator.haptics import HapticOutput
 from scara_drake.operator.joint_motion import JointMotionSource
 from scara_drake.operator.joystick import JoystickSource
@@ -24,6 +25,7 @@ from scara_drake.operator.master import SimulatedMaster
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.friction import JointFrictionSystem
+from scara_drake.plant.joint_forces import JointForces
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer
@@ -35,12 +37,14 @@ __all__ = [
     "ContinuousLayer",
     "EffortLimit",
     "EncoderSystem",
+    "ExternalSource",
     "FiniteStates",
     "HapticOutput",
     "ImpedanceContact",
     "IntegralAction",
     "IntegralSlidingModeController",
     "InverseKinematicsSystem",
+    "JointForces",
     "JointFrictionSystem",
     "JointMotionSource",
     "JointPerturbationSource",

@@ -42,7 +42,8 @@ def test_a_drawing_has_the_connections_of_the_loop():
         "uplink:y0:e -> inverse_kinematics:u0:w",
         "inverse_kinematics:y0:e -> controller:u1:w",
         "controller:y0:e -> plant_in:u",
-        "contact:y1:e -> plant_in:u",
+        "contact:y1:e -> joint_forces:u0:w",
+        "joint_forces:y0:e -> plant_in:u",
         "contact:y0:e -> downlink:u0:w",
         "downlink:y0:e -> haptics:u0:w",
     ):

@@ -49,6 +49,7 @@ def test_every_command_has_a_module():
     parser = make_parser()
     lines = (
         "run x",
+        "compile",
         "show",
         "diagrams",
         "ik --position 1 2 3",

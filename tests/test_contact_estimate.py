@@ -142,6 +142,7 @@ def test_bad_settings_are_refused(bad):
         ContactForceEstimator(**bad)
 
 
+@pytest.mark.slow  # the experiment perturbation_observer sees the same in a shorter press
 def test_in_steady_pressing_it_is_within_a_tenth_of_the_true_force():
     scenario = load_scenario("teleoperation")
     scenario.controller = ObserverSlidingMode()

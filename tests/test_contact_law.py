@@ -240,6 +240,59 @@ def test_what_a_law_adds_to_its_spring_dissipates(law, depth, rate, n, alpha) ->
     assert (f - spring) * rate >= -1e-9
 
 
+def held_work(wall: Wall, depth: np.ndarray, rate: np.ndarray, period: float) -> float:
+    """Energy [J] that a wall gives to a tool whose depths (n,) are a period apart, force held."""
+    row = surface_row(wall)
+    force = [normal_force(row, d, v) for d, v in zip(depth[:-1], rate[:-1], strict=True)]
+    return float(np.dot(force, -np.diff(depth)))
+
+
+def half_sine(deepest: float, duration: float, early: float) -> tuple[np.ndarray, np.ndarray]:
+    """Depth [m] and rate [m/s] of a press, each millisecond; it begins `early` periods before 0."""
+    t = 1e-3 * (np.arange(-1.0, duration / 1e-3 + 3.0) - early)
+    omega = np.pi / duration
+    return deepest * np.sin(omega * t), deepest * omega * np.cos(omega * t)
+
+
+PRESS = {
+    "deepest": st.floats(1e-3, 0.05),
+    "duration": st.floats(0.02, 1.0),
+    "early": st.floats(0.0, 1.0),
+}
+
+
+@given(**PRESS)
+def test_a_held_spring_gives_half_its_stiffness_times_the_squared_steps(
+    deepest: float, duration: float, early: float
+) -> None:
+    depth, rate = half_sine(deepest, duration, early)
+    given_out = held_work(Wall(damping=0.0), depth, rate, 1e-3)
+    touching = np.maximum(depth[:-1], depth[1:]) > 0.0
+    assert given_out <= 0.5e4 * np.sum(np.diff(depth)[touching] ** 2) + 1e-12
+    # A share 2 v T / d of the stored energy, and the ticks at which it touches and leaves.
+    fastest = deepest * np.pi / duration
+    stored = 0.5e4 * deepest**2
+    assert given_out <= (2.0 * fastest * 1e-3 / deepest) * stored + 0.5e4 * (fastest * 1e-3) ** 2
+
+
+def test_the_share_is_what_it_says() -> None:
+    # 29 mm at up to 1.9 m/s: a tenth of K d^2 / 2; the mean of the squared speed is half its peak.
+    depth, rate = half_sine(0.029, 0.048, 0.5)
+    stored = 0.5e4 * 0.029**2
+    expected = 0.5 * (np.pi / 0.048) ** 2 * 0.048 * 1e-3
+    assert held_work(Wall(damping=0.0), depth, rate, 1e-3) / stored == pytest.approx(
+        expected, rel=0.05
+    )
+
+
+@given(**PRESS)
+def test_the_default_wall_takes_energy_of_every_press(
+    deepest: float, duration: float, early: float
+) -> None:
+    depth, rate = half_sine(deepest, duration, early)
+    assert held_work(Wall(), depth, rate, 1e-3) < 0.0
+
+
 @settings(max_examples=50)
 @given(
     data=st.data(), law=ANALYTIC, cosines=st.tuples(*[POINTS] * 2), sines=st.tuples(*[POINTS] * 2)

@@ -67,9 +67,9 @@ def test_no_end_gives_more_than_has_come_in(
 
 @pytest.mark.parametrize("motion", BRISK)
 def test_a_brisk_hand_takes_no_more_than_the_reserve(motion: tuple[float, float]) -> None:
-    channels = [Conditions(spread=0.3, loss=0.3, seed=seed).shown(STEPS) for seed in (1, 2)]
+    up, down = (Conditions(spread=0.3, loss=0.3, seed=seed).shown(STEPS) for seed in (1, 2))
     rig = Rig(master=to_and_fro(*motion, DURATION))
-    result = rig.run(Tdpa(), *channels, DURATION, UP.slices["e_in"], DOWN.slices["e_in"])
+    result = rig.run(Tdpa(), up, down, DURATION, UP.slices["e_in"], DOWN.slices["e_in"])
     taken = result[:, E_OUT_M] - np.maximum.accumulate(result[:, RX_M])
     assert taken.max() <= Tdpa().reserve + 1e-12
     assert energy_left(result).min() + Tdpa().reserves() >= -1e-12

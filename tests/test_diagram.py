@@ -1,9 +1,14 @@
+import importlib
+import pkgutil
+
 import numpy as np
 import pytest
 from kinds import of_kind
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import LeafSystem
 
+import scara_drake
 from scara_drake import kinematics, load_scenario, make_diagram, simulate, systems
 from scara_drake.diagram import start_posture
 from scara_drake.environment import Cylinder
@@ -99,9 +104,24 @@ def test_start_posture_is_given_or_found():
     np.testing.assert_array_equal(start_posture(motion), base)
 
 
-def test_systems_gathers_what_it_says():
+# What others are made of.
+BASES = {"Block", "JointController"}
+
+
+def leaf_systems():
+    """Names of the LeafSystems that the package declares by `class` in a module of its own."""
+    for module in pkgutil.walk_packages(scara_drake.__path__, "scara_drake."):
+        if not module.name.endswith("__main__"):
+            for name, one in vars(importlib.import_module(module.name)).items():
+                ours = isinstance(one, type) and one.__module__ == module.name
+                if ours and issubclass(one, LeafSystem):
+                    yield name.partition("_")[0]  # of a template, its name
+
+
+def test_systems_gathers_every_leaf_system():
     for name in systems.__all__:
-        assert issubclass(getattr(systems, name), object)
+        assert issubclass(getattr(systems, name), LeafSystem)
+    assert {*leaf_systems()} - BASES == {*systems.__all__}
     assert {
         "JoystickSource",
         "JoystickToPose",
@@ -111,3 +131,19 @@ def test_systems_gathers_what_it_says():
         "ImpedanceContact",
         "HapticOutput",
     } <= set(systems.__all__)
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_a_cloned_context_in_a_new_simulator_goes_on_to_the_bit(name):
+    """Its initialization leaves alone what is running, without being told to."""
+    diagram = make_diagram(load_scenario(name))
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1005)
+    fork = Simulator(diagram, simulator.get_context().Clone())
+    ends = []
+    for each in (simulator, fork):
+        each.AdvanceTo(0.1305)
+        found = each.get_context().get_discrete_state()
+        ends.append([found.value(i).copy() for i in range(found.num_groups())])
+    for one, two in zip(*ends, strict=True):
+        assert one.tobytes() == two.tobytes()

@@ -120,12 +120,26 @@ def check_recording(ran: Ran) -> None:
     assert ran.numbers("theta2, rms error")[0] == pytest.approx(float(metrics.rmse(error)))
 
 
+def check_step_loop(ran: Ran) -> None:
+    # The wall is 0.29 m from the centred stick, and K d = 40 N.
+    away, force = ran.numbers("at the start the wall is")
+    assert away == pytest.approx(290.0, abs=0.5)
+    assert force == 0.0
+    depth, force, wanted = ran.numbers("at the end")
+    assert force == pytest.approx(wanted, rel=1e-3)
+    assert depth == pytest.approx(-1e3 * wanted / 1e4, rel=1e-3)
+    steps, reward = ran.numbers("steps")
+    assert steps == 120.0
+    assert abs(reward) < 1e-3
+
+
 CHECKS: dict[str, Callable[[Ran], None]] = {
     "own_controller": check_controller,
     "own_coupling": check_coupling,
     "own_delay_law": check_delay_law,
     "own_surface": check_surface,
     "read_recording": check_recording,
+    "step_loop": check_step_loop,
 }
 
 

@@ -86,6 +86,9 @@ def test_a_seed_gives_the_same_noise():
 
 def test_it_judges_what_it_is_given():
     data = experiment().data.copy(deep=True)
+    data.rmse.loc[{"law": study.OBSERVER}] = data.rmse.sel(law=study.PLAIN).values / 100.0
+    claims = study.claims(data)
+    assert [claims[0].verdict, claims[3].verdict] == [REPRODUCED] * 2
     data.rmse.loc[{"law": study.OBSERVER}] = data.rmse.sel(law=study.PLAIN).values / 2.0
     data.force_estimated[:] = 1.2 * data.force
     claims = study.claims(data)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
-from scara_drake.experiments.claim import OURS, REPRODUCED
+from scara_drake.experiments.claim import NOT_REPRODUCED, OURS, REPRODUCED
 from scara_drake.experiments.control import windup
 from scara_drake.experiments.quantity import text
 
@@ -81,3 +81,27 @@ def test_claims_carry_their_evidence():
         assert (claim.source, claim.verdict) == (OURS, REPRODUCED)
         assert claim.paper is None
         assert "nan" not in text(claim.measured)
+
+
+@pytest.mark.parametrize(
+    ("variable", "where", "value", "claim"),
+    [
+        ("deviation", {"anti_windup": "clamp"}, 1.0, 0),  # never back
+        ("deviation", {"anti_windup": "no clamp"}, 0.0, 0),  # back at once without
+        ("q", {"protection": "clamp and governor"}, 1.1, 1),  # beyond the goal with the governor
+        ("q", {"protection": "clamp"}, 1.0, 1),  # not beyond it without
+    ],
+)
+def test_it_judges_what_it_is_given(variable, where, value, claim):
+    data = result().data.copy(deep=True)
+    data[variable].loc[where] = value
+    judged = [each.verdict for each in windup.claims(data)]
+    assert judged[claim] == NOT_REPRODUCED
+    assert judged[1 - claim] == REPRODUCED
+
+
+def test_the_sentences_carry_what_was_measured():
+    data = result().data.copy(deep=True)
+    data.q.loc[{"protection": "clamp"}] -= 0.5
+    before, after = (windup.claims(each) for each in (result().data, data))
+    assert before[1].reason != after[1].reason

@@ -1,14 +1,16 @@
 """The experiments on the paper's inverse kinematics: their data, and how they judge it."""
 
+import re
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
 import test_constant_verdicts
 import xarray as xr
+from matplotlib.text import Text
 from mutants import survivors
+from small_experiments import SMALL, small
 
 from scara_drake import experiments, kinematics
 from scara_drake.experiments import (
@@ -31,53 +33,20 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
+from scara_drake.experiments.plots import PLOTS
 from scara_drake.experiments.quantity import Quantity, parts, text
 from scara_drake.experiments.teleoperation import figure_22
 from scara_drake.joints import JOINT_NAMES, LOWER, MAX_SPEED, UPPER
 
 TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
-SMALL: dict[str, dict[str, Any]] = {
-    "table_6": {"starts": 6},
-    "table_8": {"draws": 6},
-    "figures_8_9": {"draws": 6},
-    "table_9": {"paths": 3},
-    "figures_10_11": {"paths": 3},
-    "figures_12_15": {"paths": 4},
-    "orientation_drift": {"paths": 6},
-    "figure_22": {"duration": 1.8},
-    "figures_20_27": {"duration": 2.5},
-    "figure_28": {"duration": 18.0},
-    "figures_29_30": {"duration": 5.0},
-    "stability": {
-        "postures": 4,
-        "every": 400,
-        "duration": 1.2,
-        "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
-    },
-    "couplings": {
-        "couplings": ("direct", "TDPA"),
-        "presets": ("5 ms",),
-        "times": (0.1, 0.2, 0.4, 0.5),
-        "duration": 0.7,
-        "sweep_duration": 0.0,
-    },
-    "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
-}
-
-
 # What is enough to see that a seed gives the same bits, where SMALL is long.
 BRIEF: dict[str, dict[str, Any]] = {
     "figure_28": {"duration": 0.5},
-    "figures_29_30": {"duration": 0.5},
+    "figures_29_30": {"duration": 1.7},  # up to the first turn behind the first second
     "stability": SMALL["stability"]
-    | {"postures": 1, "duration": 0.3, "variations": {"nominal": {}}},
+    | {"postures": 1, "duration": 1.2, "variations": {"nominal": {}}},
     "perturbation_observer": {"duration": 0.5, "contact_duration": 0.02},
 }
-
-
-@lru_cache
-def small(name):
-    return EXPERIMENTS[name](seed=0, **SMALL.get(name, {}))
 
 
 def verdicts(claims):
@@ -163,7 +132,6 @@ STEADFAST = {
     "IJ keeps the orientation error of its first point": FAR_AWAY,
     "DPSOIJ keeps the orientation within 0.0175 rad": FAR_AWAY,
     "The same for our default, with all rows in place of (26)": FAR_AWAY,
-    "ISMC settles before SMC": "under some disturbance either order is met",
     "The mast keeps a steady error because of gravity, larger against gravity (Figure 27)": (
         "the mast is not raised in a run so short"
     ),
@@ -310,8 +278,11 @@ def test_swarms_end_inside_the_tolerances():
     good = table_8.success(data)
     for solver in ("PSO, tuned", "DPSO, tuned", "DPSO, polished"):
         assert good.sel(solver=solver).all()
+    # The polish comes behind the swarm: it spares it nothing, and adds the digits that are left.
     work = data.evaluations.median("draw").sum("posture")
-    assert 20 * work.sel(solver="DPSO, polished") < work.sel(solver="DPSO, tuned")
+    assert 1 / 3 < work.sel(solver="DPSO, polished") / work.sel(solver="DPSO, tuned") < 3
+    exact = data.position_error.median("draw").sel(posture=[2, 3, 4])  # 1 is beyond the ranges
+    assert (1e3 * exact.sel(solver="DPSO, polished") < exact.sel(solver="DPSO, tuned")).all()
 
 
 def table_8_data(position=1e-4, rotation=1e-4, pso=66, dpso=52):
@@ -388,8 +359,11 @@ def test_joint_paths_lie_in_the_ranges_and_turn_slowly():
 def test_laws_of_the_paths():
     data = small("figures_10_11").data
     position = data.position_error.max(["path", "point"])
-    for solver in figures_10_11.COMPARED:
+    # All but the paper's IJ: from the home posture its six rows may end at a compromise.
+    for solver in set(figures_10_11.COMPARED) - {"IJ"}:
         assert position.sel(solver=solver) <= TOLERANCE[0]
+    assert position.sel(solver="IJ") > TOLERANCE[0]
+    assert position.sel(solver="IJ, position rows") <= TOLERANCE[0]
     rotation = data.rotation_error.max(["path", "point"])
     assert rotation.sel(solver="DPSO") <= TOLERANCE[1]
     assert rotation.sel(solver="literal DPSOIJ") > 0.1
@@ -510,18 +484,22 @@ def test_drift_judges_what_it_is_given():
 
 def test_the_live_motion():
     data = small("figure_22").data
-    step = abs(data.q_desired.sel(joint="theta2").diff("time"))
+    step = abs(data.answer.sel(joint="theta2").diff("answer_time"))
     assert step.sel(solver="DPSO").max() > 0.5
-    assert step.sel(solver="DPSOIJ").max() <= MAX_SPEED[1] * 1e-3
+    assert step.sel(solver="DPSOIJ").max() <= MAX_SPEED[1] * 1e-3 * figure_22.EVERY
+    # Both answer the same poses; in the loop the references of both keep to the joint speeds.
+    tool = kinematics.forward_kinematics(data.answer.values)[..., :3, 3]
+    assert np.linalg.norm(tool[0] - tool[1], axis=-1).max() <= TOLERANCE[0]
+    assert (abs(data.q_desired.diff("time")) <= 1.001e-3 * MAX_SPEED).all()
     assert verdicts(small("figure_22").claims) == [REPRODUCED] * 3
 
 
 def test_figure_22_judges_what_it_is_given():
     data = small("figure_22").data.copy(deep=True)
-    data.q_desired[:] = 0.0
+    data.answer[:] = 0.0
     data.tool_error[:] = 0.0
     assert verdicts(figure_22.claims(data)) == [NOT_REPRODUCED, REPRODUCED, NOT_REPRODUCED]
-    data.q_desired.loc[{"time": slice(1.2, None)}] = 0.4
+    data.answer.loc[{"answer_time": slice(1.2, None)}] = 0.4
     data.tool_error.loc[{"solver": "DPSO"}] = 0.05
     assert verdicts(figure_22.claims(data)) == [IN_KIND, IN_KIND, IN_KIND]
 
@@ -550,6 +528,24 @@ def test_every_experiment_is_tried_with_constant_verdicts():
     assert {*JUDGES, *test_constant_verdicts.JUDGED, *test_constant_verdicts.ELSEWHERE} == {
         *EXPERIMENTS
     }
+
+
+@pytest.mark.parametrize("name", PLOTS)
+def test_a_picture_shows_every_run_with_units(name):
+    data = small(name).data
+    figure = PLOTS[name](data)
+    drawn = [line for ax in figure.axes for line in ax.get_lines()]
+    assert all(np.isfinite(np.asarray(line.get_ydata())).all() for line in drawn)
+    for ax in figure.axes:
+        assert ax.get_lines()
+        assert re.search(r"\[m|\[rad|\[mrad", ax.get_ylabel())
+    texts = {text.get_text() for ax in figure.axes for text in ax.findobj(Text)}
+    runs = {"normalised", "mast in mm and N"} if name == "figures_20_27" else set()
+    for dim in ("run", "controller", "part"):
+        if dim in data.coords and not runs:
+            runs |= {str(value) for value in data[dim].values}
+    assert runs
+    assert runs <= texts
 
 
 @pytest.mark.slow

@@ -1,10 +1,9 @@
 """Figures 20, 21, 23 to 27 and 28: the experiments' own arithmetic, on short runs."""
 
-import functools
-
 import numpy as np
 import pytest
 from mutants import survivors
+from small_experiments import small
 
 from scara_drake import joints
 from scara_drake.experiments.claim import IN_KIND, NOT_COMPARABLE, NOT_REPRODUCED, REPRODUCED
@@ -12,14 +11,12 @@ from scara_drake.experiments.quantity import text
 from scara_drake.experiments.teleoperation import figure_28, figures_20_27
 
 
-@functools.cache
 def moved():
-    return figures_20_27.run(duration=4.0)
+    return small("figures_20_27")
 
 
-@functools.cache
 def pressed():
-    return figure_28.run(duration=19.0)
+    return small("figure_28")
 
 
 @pytest.fixture

@@ -91,7 +91,7 @@ def test_readings_beyond_the_loop_or_the_drive_are_lost(reading):
 
 def test_verdicts():
     assert verdicts(experiment().claims) == [
-        REPRODUCED, REPRODUCED, IN_KIND, NOT_REPRODUCED, NOT_COMPARABLE,
+        IN_KIND, IN_KIND, IN_KIND, NOT_REPRODUCED, NOT_COMPARABLE,
     ]  # fmt: skip
 
 
@@ -113,6 +113,8 @@ def test_it_judges_what_it_is_given():
     data.q_measured.loc[{"controller": "SMC, high gain", "reading": "C"}] = 0.9 * late
     assert verdicts(figures.claims(data))[:4] == [REPRODUCED] * 4
     assert "in that window: C" in text(figures.claims(data)[3].measured)
+    data.q_measured.loc[{"controller": "ISMC", "reading": ["A", "B", "C"]}] += 0.1
+    assert verdicts(figures.claims(data))[0] == IN_KIND  # by the reduced one and the joint alone
     data.q_measured.loc[{"controller": "ISMC"}] += 0.1
     assert verdicts(figures.claims(data))[0] == NOT_REPRODUCED
     data.q_measured[:] = 9.0

@@ -81,7 +81,7 @@ def test_numbers_as_python_prints_them(capsys):
 def test_the_json_document(capsys):
     _, out, _ = run_line(capsys, *POSE, "--method", "dpso", "--seed", "3", "--json")
     document = json.loads(out)
-    assert list(document) == ["method", "joints", "task", "poses"]
+    assert list(document) == ["method", "joints", "task", "rotation", "poses"]
     assert (document["method"], document["joints"], document["task"]) == ("dpso", "full", "pose")
     (pose,) = document["poses"]
     assert list(pose) == ["position", "rpy", "answers"]

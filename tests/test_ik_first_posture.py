@@ -115,7 +115,8 @@ def test_the_recording_and_the_summary_say_who_found_it(method, finder):
     count = notes["first_posture_evaluations"]
     assert f"First posture: found by {finder} in {count} evaluations" in shown.get()
     scenario.q0 = list(HOME)
-    assert metadata(make_diagram(scenario))["notes"] == {}
+    given = metadata(make_diagram(scenario))["notes"]
+    assert not [name for name in given if name.startswith("first_posture")]
 
 
 @pytest.mark.parametrize(("joints", "task"), [("arm", "position"), ("full", "pose")])

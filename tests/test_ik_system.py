@@ -1,12 +1,16 @@
 import numpy as np
 import pytest
+import strategies
+from hypothesis import given
+from hypothesis import strategies as st
 from leaf import outputs, ports, tick
+from scipy.spatial.transform import Rotation
 
 from scara_drake import kinematics
 from scara_drake.common.fields import check
-from scara_drake.ik import solve
+from scara_drake.ik import servo, solve
 from scara_drake.ik.system import InverseKinematics, InverseKinematicsSystem, first_posture
-from scara_drake.joints import HOME, LOWER, UPPER
+from scara_drake.joints import HOME, LOWER, MAX_SPEED, UPPER
 from scara_drake.operator.mapping import JoystickMapping, initial_command
 from scara_drake.vectors import pose_matrix
 
@@ -120,24 +124,65 @@ def test_memory_is_in_the_context(method):
 
 @pytest.mark.parametrize("task", ["position", "pose"])
 def test_dpso_at_every_sample_jumps_and_dpsoij_does_not(task):
-    """Figure 22 in kind: the swarm answers each sample anew, on any branch."""
+    """Figure 22 in kind: the swarm answers each sample anew, on any branch, and the joints lag."""
     moving = np.tile(COMMAND, (60, 1))
     moving[:, 0] += np.linspace(0.0, 0.02, 60)
 
-    def largest_step(method):
+    def run(method):
         joints = "arm" if task == "position" else "full"
         system, context = system_and_context(method=method, joints=joints, task=task)
-        q = []
+        q, statuses = [], set()
         for command in moving:
             system.get_input_port().FixValue(context, command)
             tick(system, context)
-            assert system.GetOutputPort("status").Eval(context)[0] == 0.0
+            statuses.add(float(system.GetOutputPort("status").Eval(context)[0]))
             q.append(system.GetOutputPort("state_desired").Eval(context)[:6])
         assert np.abs(np.ptp(q, axis=0)).max() > 0.0
-        return np.abs(np.diff(q, axis=0)).max()
+        return np.abs(np.diff(q, axis=0)), statuses
 
-    assert largest_step("dpsoij") < 3e-3
-    assert largest_step("dpso") > 0.5
+    steps, statuses = run("dpsoij")
+    assert steps.max() < 3e-3
+    assert statuses == {servo.TRACKING}
+    steps, statuses = run("dpso")
+    assert servo.CATCHING_UP in statuses
+    # At the speed limit of some joint in many samples, and never beyond.
+    assert np.median((steps / (1e-3 * MAX_SPEED)).max(axis=1)) > 0.99
+
+
+@pytest.mark.parametrize(
+    ("method", "joints", "task"),
+    [
+        ("dpsoij", "arm", "position"),
+        ("dpsoij", "full", "pose"),
+        ("inverse_jacobian", "full", "pose"),
+        ("robust", "arm", "pose"),
+        ("closed_form", "full", "pose"),
+        ("dpso", "arm", "position"),
+        ("pso", "arm", "position"),
+    ],
+)
+@strategies.examples(4)
+@given(
+    offset=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
+    turned=st.tuples(*[st.floats(-np.pi, np.pi)] * 3),
+    mast=st.floats(-5.0, 15.0),
+)
+def test_references_never_exceed_the_joint_speeds(method, joints, task, offset, turned, mast):
+    """Whatever is commanded, near, out of reach or elsewhere turned, and whatever the method."""
+    system, context = system_and_context(method=method, joints=joints, task=task)
+    command = COMMAND.copy()
+    command[:3] += offset
+    command[3:7] = Rotation.from_rotvec(turned).as_quat(scalar_first=True)
+    command[7] = mast
+    system.get_input_port().FixValue(context, command)
+    before = system.GetOutputPort("state_desired").Eval(context).copy()
+    for _ in range(40):
+        tick(system, context)
+        after = system.GetOutputPort("state_desired").Eval(context).copy()
+        assert np.all(np.abs(after[:6] - before[:6]) <= 1e-3 * MAX_SPEED * (1 + 1e-9))
+        assert np.all(np.abs(after[6:]) <= MAX_SPEED * (1 + 1e-9))
+        assert np.all((after[:6] >= LOWER) & (after[:6] <= UPPER))
+        before = after
 
 
 def test_the_closed_form_at_every_sample_follows_without_a_jump():

@@ -20,6 +20,7 @@ from pydrake.systems.framework import LeafSystem
 import scara_drake as sd
 from scara_drake.cli.main import main
 from scara_drake.common.claimed_file import claim
+from scara_drake.display.controls import StopButton
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal, survey
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
@@ -169,6 +170,15 @@ def test_a_signal_ends_a_run_as_an_interrupt_does(tmp_path: Path, number: signal
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
+def test_a_recording_may_be_judged_before_it_is_sealed(tmp_path: Path) -> None:
+    journal, record = tmp_path / "run.journal", tmp_path / "run.nc"
+    whole = run(sd.load_scenario("joint_sine", {"duration": 0.2}), journal).recording
+    save_journal(journal, record, lambda data: {"verdict": f"{data.sizes['time']} samples"})
+    loaded = sd.load_recording(record)
+    assert loaded.attrs["verdict"] == "201 samples"
+    assert loaded.equals(whole)
+
+
 @pytest.mark.parametrize("first", ENDING)
 def test_a_signal_while_it_is_saved_waits_and_a_second_one_keeps_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: signal.Signals
@@ -212,6 +222,13 @@ def test_a_whole_run_says_that_it_is_one() -> None:
     assert (data.attrs["ended_by"], data.attrs["ended_at"]) == ("duration", 0.25)
 
 
+def test_the_stop_button_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(StopButton, "pressed", lambda self: True)
+    data = sd.simulate(sd.load_scenario("joint_sine", {"duration": 3.0}))
+    assert data.attrs["ended_by"] == "stop button"
+    assert 0.1 <= data.attrs["ended_at"] < 0.11
+
+
 @dataclass
 class Failing:
     """A controller that fails after a while."""
@@ -235,7 +252,7 @@ class FailingSystem(LeafSystem):
 
 def test_what_a_failing_run_recorded_is_kept_and_named() -> None:
     scenario = sd.load_scenario("joint_sine", {"duration": 2.0})
-    scenario.controller = Failing()  # type: ignore[assignment] # as a user does
+    scenario.controller = Failing()
     with pytest.raises(ZeroDivisionError, match="own mistake") as failed:
         sd.simulate(scenario)
     (note,) = failed.value.__notes__

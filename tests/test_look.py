@@ -15,10 +15,12 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from scara_drake import joints, kinematics, load_scenario
+from scara_drake.display import look
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.display.camera import set_camera
 from scara_drake.environment import Box, Cylinder, Environment, Surface, Wall
 from scara_drake.environment.scene import drawing
+from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.replay.recording import read_surfaces
 from scara_drake.replay.scene import HIDDEN, draw
 from scara_drake.scenario import dump_scenario
@@ -28,6 +30,7 @@ Q_DESIRED = joints.HOME + np.array([0.1, 0.2, -0.1, 0.3, 0.2, -0.4])
 SURFACES: list[Surface] = [
     Wall(name="wall"), Box(name="table", rpy=[0.1, 0.2, 0.3]), Cylinder(name="pipe"),
 ]  # fmt: skip
+DEVICE_AT, HAND_AT = [0.01, -0.02, 0.03], [0.0, -0.04, 0.0]  # [m], in the workspace
 FORCES = [[0.0, 0.3, 0.4], [0.0, 0.0, 5.0], [0.0, 120.0, 160.0], [-3e3, 0.0, 0.0]]
 
 
@@ -84,6 +87,8 @@ def live(force: list[float]) -> Stub:
     system.GetInputPort("state").FixValue(context, np.r_[joints.HOME, np.zeros(6)])
     system.GetInputPort("X_WE_desired").FixValue(context, pose_vector(Q_DESIRED))
     system.GetInputPort("f_env_on_tool_W").FixValue(context, force)
+    system.GetInputPort("motion_master").FixValue(context, [*DEVICE_AT, 0.0, 0.0, 0.0])
+    system.GetInputPort("hand_target").FixValue(context, HAND_AT)
     Simulator(system, context).Initialize()
     return stub
 
@@ -98,6 +103,8 @@ def replayed(force: list[float]) -> Window:
             "q_desired": (("time", "joint"), [Q_DESIRED] * 2),
             "p_WE_desired": (("time", "axis"), [desired] * 2),
             "f_env_on_tool_W": (("time", "axis"), [force] * 2),
+            "x_master": (("time", "axis"), [DEVICE_AT] * 2),
+            "hand_target": (("time", "axis"), [HAND_AT] * 2),
         },
         coords={"time": [0.0, 1.0], "joint": list(joints.JOINT_NAMES)},
     )
@@ -158,6 +165,7 @@ def test_the_colours_are_the_same() -> None:
     pairs = {
         **{f"ghost/{part}": f"desired/{part}" for part in ("rod", "tip", "axis_0", "axis_1")},
         **{f"force/{part}": f"force/{part}/solid" for part in ("shaft", "head")},
+        **{f"board/{part}": f"board/{part}/solid" for part in ("device", "hand")},
     }
     for here, there in pairs.items():
         _, color = stub.objects[f"annotations/{here}"]
@@ -178,6 +186,32 @@ def test_the_ghost_is_in_the_same_place() -> None:
         np.testing.assert_allclose(here[:3, 3], there[:3, 3], atol=1e-12)
         if part != "tip":  # z of Drake's cylinders is y of meshcat's
             np.testing.assert_allclose(here[:3, 2], there[:3, 1], atol=1e-12)
+
+
+def test_the_device_and_the_hand_are_in_the_same_place() -> None:
+    stub, window = live(FORCES[0]), replayed(FORCES[0])
+    assert stub.properties["annotations/board", "visible"]
+    for part, place in (("device", DEVICE_AT), ("hand", HAND_AT)):
+        here = stub.poses["annotations/board"] @ stub.poses[f"annotations/board/{part}"]
+        expected = look.BOARD_PLACE + look.BOARD_SCALE * np.array(place)
+        np.testing.assert_allclose(here[:3, 3], expected, atol=1e-12)
+        np.testing.assert_allclose(window.pose(f"board/{part}")[:3, 3], expected, atol=1e-12)
+
+
+def test_the_real_tool_is_seen_where_the_ghost_is() -> None:
+    """Of each visual of the tool's link, the ghost covers less than a third of the length."""
+    along = [part for part in look.GHOST if part.shape == "cylinder" and part.size[0] > 0.045]
+    covered = sum(part.size[1] for part in along)
+    assert covered < 0.62 / 3
+
+
+def test_the_overview_has_the_whole_crane_in_the_picture() -> None:
+    eye, target = look.camera(look.WHOLE)
+    back = (eye - target) / np.linalg.norm(eye - target)
+    up = np.cross(back, np.cross([0.0, 0.0, 1.0], back) / np.hypot(back[0], back[1]))
+    offsets = np.array([[0.0, 0.0, 2.5], [0.0, 0.0, 14.37], [4.8, 2.0, 0.14]]) - eye
+    half = np.tan(np.deg2rad(75.0 / 2)) / look.ZOOM
+    assert (np.abs(offsets @ up) < half * -(offsets @ back)).all()
 
 
 def test_the_surfaces_are_the_same() -> None:
@@ -215,3 +249,17 @@ def test_the_camera_is_the_same() -> None:
     for name in ("top_color", "bottom_color"):
         seen = window.sent["set_property", "/Background", name]["value"]
         assert seen == stub.properties["/Background/<object>", name]
+
+
+def test_a_motion_that_is_known_beforehand_stays_in_the_picture():
+    motion = of_kind(JointMotion, load_scenario("joint_sine").operator)
+    places = motion.places(30.0)
+    eye, target = look.camera(places)
+    back = (eye - target) / np.linalg.norm(eye - target)
+    right = np.cross([0.0, 0.0, 1.0], back) / np.hypot(back[0], back[1])
+    offsets = places - eye
+    depth = -offsets @ back
+    half = np.tan(np.deg2rad(75.0 / 2)) / look.ZOOM  # of the picture's height, at one metre
+    assert (depth > 0.0).all()
+    assert (np.abs(offsets @ np.cross(back, right)) < half * depth).all()
+    assert (np.abs(offsets @ right) < 1.5 * half * depth).all()

@@ -69,12 +69,17 @@ def test_outside_the_layer_v_falls(ratio):
 def test_inside_the_layer_v_may_rise_and_s_keeps_its_bound():
     scenario, recording = run("calm")
     found = lyapunov(recording, scenario)
-    assert (found.samples_outside == 0).all()
-    assert found.share_decreasing.isnull().all()
     assert (found.share_rising_inside > 0.01).all()
     assert found.within_bound.all()
+    # The reference moves off at full speed: theta4 is asked for more than rho, no bound holds.
     finite = np.isfinite(found.bound)
     assert finite.sum() >= 5
+    assert (found.samples_outside == 0)[finite].all()
+    assert found.share_decreasing.isnull()[finite].all()
+    # A joint leaves the layer only after its perturbation has exceeded rho.
+    too_much = abs(found.perturbation) >= GAINS.unpack(scenario.controller.array()).rho
+    left = found.samples_outside > 0
+    assert (too_much.argmax("time") < found.outside.argmax("time"))[left].all()
     assert (found.largest_s <= 1.01 * found.bound)[finite].all()
 
 

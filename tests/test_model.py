@@ -127,6 +127,20 @@ def test_it_has_exactly_the_six_joints_of_the_paper(plant):
         assert joint.child_body().name() == f"link_{i + 1}"
 
 
+def test_two_robots_fit_in_one_plant_under_their_names():
+    plant = MultibodyPlant(time_step=1e-3)
+    first = robot.add_scara(plant)
+    second = robot.add_scara(plant, robot.RobotModel(mass_scale=[2.0] * 6), name="left")
+    with pytest.raises(ValueError, match=r"^name: 'left', allowed one that no model instance"):
+        robot.add_scara(plant, name="left")
+    plant.Finalize()
+    assert plant.num_positions(first) == plant.num_positions(second) == 6
+    context = plant.CreateDefaultContext()
+    masses = [plant.CalcTotalMass(context, [each]) for each in (first, second)]
+    np.testing.assert_allclose(masses, [735.5, 1471.0])
+    assert plant.GetModelInstanceName(second) == "left"
+
+
 def test_the_ranges_are_those_of_table_2(urdf):
     table = [(2.5, 10.0), (-360, 360), (-360, 360), (-135, 135), (-135, 135), (-360, 360)]
     limits = [

@@ -41,8 +41,7 @@ def test_ports():
             "signal_received": 2,
             "delay": 1,
             "age_of_information": 1,
-            "packets_sent": 1,
-            "packets_lost": 1,
+            "packet_counts": 2,
         },
     )
 

@@ -79,7 +79,7 @@ def try_scara_drake(page, arguments):
         return
     options = make_parser().parse_args(arguments)
     if arguments[0] == "replay":
-        assert player.main(options.arguments) == 2  # it is understood, but there is no such file
+        assert player.play(options) == 2  # it is understood, but there is no such file
     if arguments[0] not in ("run", "tune"):
         return
     if Path(options.scenario).suffix:  # what another command of the page has written
@@ -120,6 +120,13 @@ def try_make(page, arguments):
 
 
 def try_pip(page, arguments):
+    if arguments[1] == "--no-deps":  # without Drake: what else is needed is named beside it
+        assert arguments == ["install", "--no-deps", "-e", "."]
+        return
+    if arguments[1:3] == ["-c", "constraints.txt"] and arguments[3] != "-e":
+        known = (ROOT / "constraints.txt").read_text().lower()
+        assert all(f"\n{name.lower()}==" in f"\n{known}" for name in arguments[3:])
+        return
     assert arguments[:4] == ["install", "-c", "constraints.txt", "-e"]
     assert (ROOT / "constraints.txt").is_file()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -168,7 +175,7 @@ def test_a_name_stands_in_the_file_that_is_said_to_have_it(page):
     said = re.findall(r"`(\w+)`,? (?:in|of) `([\w/]+\.py)`", page.read_text())
     for name, file in said:
         text = next(f for f in (ROOT / file, PACKAGE / file) if f.exists()).read_text()
-        assert re.search(rf"^(class |def )?{name}\b", text, re.MULTILINE), (name, file)
+        assert re.search(rf"^ *(class |def )?{name}\b", text, re.MULTILINE), (name, file)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -103,7 +103,7 @@ def test_every_link_is_where_drake_has_it(drake: Any) -> None:
     plant, _ = drake
     context = plant.CreateDefaultContext()
     rng = np.random.default_rng(1)
-    assert len(poses(HOME)) == plant.num_bodies() - 1  # without the world
+    assert len(poses(HOME)) == plant.num_bodies()
     for q in rng.uniform(LOWER, UPPER, (20, 6)):
         plant.SetPositions(context, q)
         for link, X_WL in poses(q).items():
@@ -317,7 +317,8 @@ def test_a_signal_ends_the_server_too(file: Path) -> None:
     )
     command = [sys.executable, "-c", without_drake, str(file), "--speed", "0.01"]
     pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    runs = {sent: subprocess.Popen(command, **pipes) for sent in (signal.SIGTERM, signal.SIGINT)}
+    signals = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL)
+    runs = {sent: subprocess.Popen(command, **pipes) for sent in signals}
     for sent, process in runs.items():
         assert process.stdout is not None
         port = int(process.stdout.readline().split(":")[-1].split("/")[0])
@@ -327,9 +328,42 @@ def test_a_signal_ends_the_server_too(file: Path) -> None:
         assert children
         process.send_signal(sent)
         _, errors = process.communicate(timeout=20)
-        assert process.returncode == 128 + sent
+        assert process.returncode == (-sent if sent == signal.SIGKILL else 128 + sent)
         assert errors == ""
-        assert not any(Path(f"/proc/{child}").exists() for child in children)
+        deadline = time.monotonic() + 20
+        while any(is_alive(child) for child in children):  # after a kill it sees it by itself
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+
+def is_alive(process: str) -> bool:
+    stat = Path(f"/proc/{process}/stat")
+    try:
+        return stat.read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_the_scene_is_on_the_port_that_was_asked_for_and_on_this_machine_alone(
+    file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    process, _ = replay.server.start("127.0.0.1", port)
+    try:
+        with socket.create_connection(("127.0.0.1", port), timeout=5):
+            pass
+        with pytest.raises(OSError):  # noqa: PT011 - refused, whatever the system's words
+            socket.create_connection(("127.0.0.2", port), timeout=5)
+        assert replay.main([str(file), "--port", str(port)]) == 2
+        assert "cannot listen on 127.0.0.1" in capsys.readouterr().err
+    finally:
+        process.kill()
+        process.communicate()
+    assert replay.main([str(file), "--port", str(port), "--speed", "10"]) == 0
+    assert capsys.readouterr().out == f"Scene: http://127.0.0.1:{port}/static/\n"
+    assert replay.main([str(file), "--port", "70000"]) == 2
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@ import re
 
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from scara_drake.experiments import EXPERIMENTS, __main__
 from scara_drake.experiments.claim import (
@@ -54,19 +55,29 @@ def test_verdicts_are_counted_by_experiment():
     assert table.to_numpy().dtype == int
 
 
-def test_all_are_run_in_one_table(monkeypatch, capsys):
+def test_all_are_run_in_one_table(monkeypatch, capsys, tmp_path):
     def made(seed):
         return Experiment("Table 0", xr.Dataset(), [*CLAIMS, Claim("s", "p", "o", None, "r")])
 
     monkeypatch.setattr(__main__, "EXPERIMENTS", {"table_0": made, "other": made})
+    monkeypatch.setenv("COLUMNS", "200")  # no sentence is broken, wherever the tests are run
     assert __main__.main([]) == 0
     out = capsys.readouterr().out
     assert out.count("Table 0") == 2
     assert out.count("it is exact") == 2
     counts = "6 claims: 2 reproduced, 0 reproduced in kind, 2 not reproduced, 2 not comparable"
     assert out.endswith(counts + "\n")
-    assert __main__.main(["other", "--reasons"]) == 0
+    monkeypatch.setattr(__main__, "PLOTS", {"other": lambda data: Figure()})
+    assert __main__.main(["other", "--reasons", "--pictures", str(tmp_path)]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["other.png"]
     assert "the encoder is coarse" in capsys.readouterr().out
+
+
+def test_a_folder_that_is_not_there_is_refused_before_the_run(capsys, tmp_path):
+    with pytest.raises(SystemExit) as stopped:
+        __main__.main(["--pictures", str(tmp_path / "none")])
+    assert stopped.value.code == 2
+    assert "allowed a folder that exists" in capsys.readouterr().err
 
 
 def test_an_unknown_name_is_answered_by_those_there_are(capsys):

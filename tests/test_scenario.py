@@ -86,7 +86,10 @@ BAD = [
         {"controller": "!Magic {}"},
         r"^controller: 'Magic', allowed IntegralSlidingMode, ObserverSlidingMode",
     ),
-    ({"operator": "!Magic {}"}, r"^operator: 'Magic', allowed Joystick, Master, JointMotion$"),
+    (
+        {"operator": "!Magic {}"},
+        r"^operator: 'Magic', allowed Joystick, External, Master, JointMotion$",
+    ),
     ({"channel.up": "!ConstantDelay {delay: 9}"}, r"^channel\.up.*9 s, allowed 0 to 2\.5 s"),
     ({"channel.up": "!ConstantDelay {delay: -1}"}, r"^channel\.up\.delay: -1"),
     ({"operator.trace": "none.csv"}, r"none\.csv.*allowed a CSV file that exists"),
@@ -187,7 +190,7 @@ def test_what_was_easily_missed_is_refused_in_one_line_too(overrides, message):
     ("overrides", "message"),
     [
         ({"governor": "{}"}, r"^governor: set, allowed without a Master only"),
-        ({"kinesthetic": "{}"}, r"^kinesthetic: set, allowed with a Joystick only$"),
+        ({"kinesthetic": "{}"}, r"^kinesthetic: set, allowed with a Joystick or an External only$"),
         ({"inverse_kinematics.method": "dpso"}, r"^inverse_kinematics\.method: 'dpso', allowed"),
     ],
 )

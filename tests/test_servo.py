@@ -167,3 +167,50 @@ def test_whatever_is_commanded_the_references_keep_every_limit(seed):
     assert (np.abs(v) <= joints.MAX_SPEED * (1 + 1e-12)).all()
     steps = np.abs(np.diff(np.vstack([joints.HOME, q]), axis=0))
     assert (steps <= joints.MAX_SPEED * DT * (1 + 1e-9)).all()
+
+
+def test_a_command_that_leads_back_moves_the_arm_again():
+    """Out of what five joints can hold, and back: the tool is where it was, and follows again."""
+    q0 = np.array([3.0, -0.4955, 0.0, -0.504, 0.9995, 0.0])
+    away = np.linspace(0.0, 1.7, 3400)
+    outward = np.array([command_at(q0, (x, 0.0, 0.0)) for x in away])
+    waiting, home = np.repeat(outward[-1:], 500, axis=0), np.repeat(outward[:1], 4000, axis=0)
+    references, statuses, _ = follow([*outward, *waiting, *home], q0, task="pose")
+    held = statuses == servo.HOLDING
+    assert held[len(outward) :][:500].all()
+    assert not held[-3000:].any()
+    np.testing.assert_allclose(references[-1, :6], q0, atol=1e-6)
+    steps = np.abs(np.diff(references[:, :6], axis=0))
+    assert np.all(steps <= DT * joints.MAX_SPEED * (1 + 1e-9))
+
+
+@pytest.mark.parametrize(("joints_", "least"), [("arm", 17), ("full", 18)])
+def test_nearly_every_posture_comes_back_from_where_it_was_held(joints_, least):
+    """20 random postures, sent 2 m away and called back; a trap at a singularity may remain."""
+    rng = np.random.default_rng(1)
+    back, held = 0, 0
+    low, high = np.array(joints.LOWER), np.array(joints.UPPER)
+    for q0 in rng.uniform(0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high, (20, 6)):
+        direction = rng.normal(size=3)
+        away = command_at(q0, 2.0 * direction / np.linalg.norm(direction))
+        commands = [away] * 3000 + [command_at(q0)] * 9000
+        references, statuses, _ = follow(commands, q0, joints_, "pose")
+        held += bool((statuses[:3000] == servo.HOLDING).any())
+        distance, _ = kinematics.pose_error(
+            kinematics.forward_kinematics(q0), kinematics.forward_kinematics(references[-1, :6])
+        )
+        back += bool(distance < 2e-3)
+    assert held >= 10
+    assert back >= least
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.lists(st.floats(-6.0, 6.0), min_size=6, max_size=6))
+def test_an_answer_is_approached_on_a_line_within_the_speeds(far):
+    answer = np.clip(far, joints.LOWER, joints.UPPER)
+    q, rates, before = joints.HOME.copy(), np.zeros(6), joints.HOME.copy()
+    while servo.approach(q, answer, BOUNDS, DT, rates):
+        assert np.all(np.abs(rates) <= joints.MAX_SPEED * (1 + 1e-9))
+        np.testing.assert_allclose(q - before, DT * rates, atol=1e-12)
+        before = q.copy()
+    np.testing.assert_array_equal(q, answer)

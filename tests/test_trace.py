@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from scara_drake.common.resources import resource
+from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.mapping import JoystickMapping, remove_dead_zone
 from scara_drake.operator.shipped_trace import (
     OperatorProfile,
@@ -18,7 +20,9 @@ from scara_drake.operator.shipped_trace import (
     stick_for,
     write_operator_trace,
 )
-from scara_drake.operator.trace import COLUMNS, load_trace
+from scara_drake.operator.trace import COLUMNS, load_trace, save_trace
+from scara_drake.scenario import load_scenario
+from scara_drake.simulation.run import simulate
 
 HEADER = "time,x,y,z,mast_axis,mast_hat\n"
 
@@ -62,6 +66,17 @@ def test_what_is_written_is_read(
         (HEADER + "0,0,0,0,1.06,0\n", r"line 2, mast_axis: 1.06, allowed -1.05 to 1.05"),
         (HEADER + "0,0,0,0,0,0\n0,0,0,0,0,0\n", "time 0 s after 0 s, allowed times that increase"),
         (HEADER + "1,0,0,0,0,0\n0.5,0,0,0,0,0\n", "time 0.5 s after 1 s"),
+        (HEADER + "0,0.1_0,0,0,0,0\n", "line 2, x: '0.1_0', allowed a finite"),
+        (HEADER + "0,\u0661,0,0,0,0\n", "line 2, x: '\u0661', allowed a finite"),
+        (HEADER + "0,0,0,0,0,0\n\n1,0,0,True,0,0\n", "line 4, z: 'True', allowed a finite"),
+        (HEADER + "0,0,0,True,0,0\n", "line 2, z: 'True', allowed a finite"),
+        (HEADER + '0,"0,0,0,0,0\n' + "1,0,0,0,0,0\n" * 200, "allowed CSV text"),
+        (HEADER + "0,a" + "\nb" * 200, "allowed a finite number|allowed CSV"),
+        (HEADER.replace("z", "x"), "no column z"),
+        ("x," + HEADER + "0,0,0,0,0,0,0\n", "column x twice, allowed once"),
+        (HEADER + "1700000000.5,0,0,0,0,0\n", "first time is 1700000000 s|1700000000.5 s"),
+        (HEADER + "100,0,0,0,0,0\n", "first time is 100 s, allowed at most 10 s; .*first_row"),
+        (HEADER + "0,0,0,0,0,0\n1000,0,0,0,0,0\n", "gap of 1000 s .* times are in seconds"),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path: Path, text: str, message: str) -> None:
@@ -71,12 +86,90 @@ def test_what_is_wrong_is_named(tmp_path: Path, text: str, message: str) -> None
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("period", [1.0, 10.0, 20.0])
+def test_milliseconds_are_refused(tmp_path: Path, period: float) -> None:
+    rows = "".join(f"{period * k},0,0,0,0,0\n" for k in range(200))
+    with pytest.raises(ValueError, match=r"from row to row in 200 rows.* times are in seconds"):
+        load_trace(write(tmp_path / "ms.csv", HEADER + rows))
+
+
+@pytest.mark.parametrize("first", [0.0, 100.0, 1.7e9])
+def test_times_are_counted_from_the_first_row_where_asked(tmp_path: Path, first: float) -> None:
+    rows = "".join(f"{first + k},0,0,0,0,0\n" for k in range(3))
+    path = write(tmp_path / "t.csv", HEADER + rows)
+    np.testing.assert_array_equal(load_trace(path, from_first_row=True)[0], [0.0, 1.0, 2.0])
+
+
+def test_a_field_of_the_scenario_asks_for_it(tmp_path: Path) -> None:
+    path = write(tmp_path / "t.csv", HEADER + "1700000000,0,0,0,0,0\n1700000001,0,0,0,0,1\n")
+    settings = {"operator.trace": str(path)}
+    with pytest.raises(ValueError, match=r"operator\.trace_from_first_row"):
+        load_scenario("free_motion", settings)
+    scenario = load_scenario("free_motion", settings | {"operator.trace_from_first_row": True})
+    assert isinstance(scenario.operator, Joystick)
+
+
 def test_missing_file_and_binary_file(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"trace: '.*no\.csv', allowed a CSV file that exists"):
         load_trace(tmp_path / "no.csv")
     (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ValueError, match="UTF-8"):
         load_trace(tmp_path / "b.csv")
+
+
+# A trace out of a recording.
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{}, {"logging.period": 0.01}, {"logging.period": 0.007, "operator.sample_period": 0.02}],
+)
+def test_a_recording_played_again_is_equal_to_the_bit(tmp_path: Path, fields: dict) -> None:
+    # From a trace of its own: the stick starts anywhere and moves with every sample.
+    axes = np.random.default_rng(3).uniform(-1.0, 1.0, (200, 5))
+    axes[:, :3] *= 0.2
+    rows = "".join(
+        f"{0.01 * k:.2f}," + ",".join(map(repr, row.tolist())) + "\n" for k, row in enumerate(axes)
+    )
+    trace = write(tmp_path / "first.csv", HEADER + rows)
+    first = simulate(load_scenario("free_motion", {"operator.trace": str(trace), **fields}), 2.0)
+    save_trace(first, tmp_path / "again.csv")
+    fields = fields | {"operator.trace": str(tmp_path / "again.csv")}
+    again = simulate(load_scenario("free_motion", fields), 2.0)
+    assert np.ptp(first.joystick_axes.values, axis=0).min() > 0.1
+    assert first.equals(again)  # NaN, of what is not there, included
+
+
+def test_a_device_starts_at_rest_and_then_has_its_first_sample(tmp_path: Path) -> None:
+    """What a trace cannot say of a device, that it is at zero before it is read, is a row too."""
+    axes = np.zeros((4, 5))
+    axes[1:, 0] = 0.5, 0.25, -1.0
+    recording = xr.Dataset(
+        {"joystick_axes": (("time", "stick"), axes, {"period": 0.01})},
+        coords={"time": [0.0, 0.01, 0.02, 0.03]},
+    )
+    save_trace(recording, tmp_path / "t.csv")
+    times, rows = load_trace(tmp_path / "t.csv")
+    np.testing.assert_array_equal(times, [-0.01, 0.0, 0.01, 0.02])
+    np.testing.assert_array_equal(rows, axes)
+
+
+def test_what_has_no_stick_or_too_few_of_its_samples_is_refused(tmp_path: Path) -> None:
+    def sparse(value: float, every: float) -> xr.Dataset:
+        axes = np.full((3, 5), value)
+        return xr.Dataset(
+            {"joystick_axes": (("time", "stick"), axes, {"period": 0.01})},
+            coords={"time": every * np.arange(3)},
+        )
+
+    for recording, said in (
+        (xr.Dataset(coords={"time": [0.0]}), "no joystick_axes"),
+        (sparse(np.nan, 0.01), "no joystick_axes"),
+        (sparse(0.0, 0.02), "a sample every 0.02 s, allowed at most 0.01 s"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            save_trace(recording, tmp_path / "t.csv")
+    assert list(tmp_path.iterdir()) == []
 
 
 # The shipped operator.

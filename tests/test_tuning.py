@@ -412,8 +412,8 @@ def test_a_live_device_is_refused():
 
 @dataclass
 class NoGains:
-    def check_together(self, name):
-        pass
+    def make_system(self, period):
+        return None
 
 
 def test_a_controller_without_gains_is_refused():

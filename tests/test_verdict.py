@@ -1,18 +1,23 @@
 """What went wrong is said, whatever it was, and what went well is said to have gone well."""
 
+from io import StringIO
+
 import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 from strategies import examples
 
 import scara_drake as sd
 from scara_drake import metrics
 from scara_drake.cli.main import main
+from scara_drake.cli.summary import print_summary
 from scara_drake.metrics.links import silence, traffic
 from scara_drake.metrics.stretches import stretches
 from scara_drake.scenario import scenario_names
+from scara_drake.simulation.run import Run
 
 WALL = "[{{name: wall, point: [0.8, {y}, 3.0], normal: [0.0, 1.0, 0.0]{more}}}]"
 INTO_ROBOT = ", motion: !ConstantVelocity {velocity: [0.0, 2.0, 0.0]}"
@@ -72,6 +77,44 @@ def test_every_shipped_scenario_goes_well_to_its_end(name):
     verdict = sd.verdict(sd.simulate(sd.load_scenario(name)))
     assert verdict.good, verdict
     assert verdict.remarks == ()
+
+
+@pytest.fixture(scope="module")
+def short():
+    return sd.simulate(sd.load_scenario("joint_sine"), duration=2.0)
+
+
+@examples(30)
+@given(
+    start=st.integers(0, 1999),
+    length=st.integers(1, 2001),
+    name=st.sampled_from(["Virtual Pad", "[bold]Pad[/bold] [0]", ""]),
+)
+def test_a_lost_device_is_said_with_when_and_how_long(short, start, length, name):
+    there = np.ones(short.sizes["time"])
+    there[start : start + length] = 0.0
+    recording = short.assign(device_connected=("time", there)).assign_attrs(device=name)
+    verdict = sd.verdict(recording)
+    to_the_end = start + length >= 2001
+    first, last = short.time.values[[start, min(start + length - 1, 2000)]]
+    (said,) = verdict.failures or verdict.remarks
+    ends = "the end" if to_the_end else f"{last:.2f} s"
+    assert "device" in said
+    assert f"lost for {last - first:.2f} s, from {first:.2f} s to {ends}" in said
+    assert verdict.good is not (to_the_end and start < 1500)
+    written = StringIO()
+    console = Console(file=written, width=200)
+    run = Run(2.0, 1.0, 0, "duration", recording=recording)
+    print_summary(console, sd.load_scenario("joint_sine"), run, verdict)
+    lines = written.getvalue().splitlines()
+    assert any(said in line for line in lines)
+    assert (f"Operator: {name}." in lines) is bool(name)
+
+
+def test_a_device_that_was_there_is_no_remark(short):
+    there = np.ones(short.sizes["time"])
+    recording = short.assign(device_connected=("time", there)).assign_attrs(device="Virtual Pad")
+    assert sd.verdict(recording) == sd.verdict(short)
 
 
 def test_the_command_line_says_it_and_answers_with_one(capsys, tmp_path):
@@ -136,7 +179,7 @@ def test_an_arm_is_lost_where_it_stays_away_and_not_where_it_is_only_for_a_momen
 ):
     away = (start <= TIMES) & (start + length >= TIMES)
     verdict = metrics.verdict(made_up(TIMES, tool=np.where(away, distance, 0.0)))
-    stays = TIMES[away][-1] - TIMES[away][0] >= 0.5 or away[-1]
+    stays = TIMES[away][-1] - TIMES[away][0] >= (0.1 if away[-1] else 0.5)
     assert verdict.good is not bool(stays)
     if stays:
         assert str(verdict).startswith(f"arm lost at t = {TIMES[away][0]:.2f} s")

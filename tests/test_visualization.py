@@ -21,7 +21,7 @@ from pydrake.systems.framework import Context, DiagramBuilder
 from scara_drake import joints, kinematics, robot
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.display.camera import set_camera
-from scara_drake.display.controls import StopButton
+from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.display.page import publish_recording, save_html, start_recording
 from scara_drake.display.scene import add_visualization
 from scara_drake.environment import (
@@ -69,7 +69,14 @@ def test_ports(meshcat: Meshcat) -> None:
         system.get_input_port(i).get_name(): system.get_input_port(i).size()
         for i in range(system.num_input_ports())
     }
-    assert sizes == {"state": 12, "X_WE_desired": 7, "f_env_on_tool_W": 3}
+    assert sizes == {
+        "state": 12,
+        "X_WE_desired": 7,
+        "f_env_on_tool_W": 3,
+        "device_connected": 1,
+        "motion_master": 6,
+        "hand_target": 3,
+    }
     assert system.num_output_ports() == 0
 
 
@@ -189,6 +196,29 @@ def test_the_stop_button_takes_over_one_left_behind_and_goes_after_an_error(
 def test_the_stop_button_without_a_meshcat_is_never_pressed() -> None:
     with StopButton(None) as stop:
         assert not stop.pressed()
+
+
+class ClickedMeshcat:
+    """Stands in for a Meshcat with a button that has been pressed some times."""
+
+    clicks = 0
+
+    def GetButtonClicks(self, name: str) -> int:
+        return self.clicks
+
+
+def test_the_overview_goes_there_and_back() -> None:
+    meshcat, shown = ClickedMeshcat(), list[str]()
+    button = OverviewButton(
+        cast(Meshcat, meshcat), lambda _: shown.append("whole"), lambda _: shown.append("near")
+    )
+    for clicks in (0, 1, 1, 2, 2, 5):
+        meshcat.clicks = clicks
+        button.follow()
+    assert shown == ["whole", "near", "whole"]
+    with OverviewButton(None, lambda _: shown.append("whole"), lambda _: None) as idle:
+        idle.follow()
+    assert len(shown) == 3
 
 
 def test_save_html_leaves_only_the_page(meshcat: Meshcat, tmp_path: Path) -> None:

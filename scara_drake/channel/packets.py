@@ -22,7 +22,7 @@ from scara_drake.channel.impairments import (
 from scara_drake.channel.laws import delay_at
 from scara_drake.channel.signal_delay import check_signal
 from scara_drake.common import fields
-from scara_drake.common.block import Block, Declaration, Input, Memory
+from scara_drake.common.block import Block, Declaration, Input, Memory, Output
 from scara_drake.common.fields import number, vector
 from scara_drake.common.layout import REST, Cell, Layout
 
@@ -135,6 +135,7 @@ class Flight(NamedTuple):
 
     Attributes:
         count: of the packets sent.
+        lost: how many of them never arrive.
         newest: number of the packet in use; -1 before the first.
         bad: 1 while the link is bad.
         first: when the first packet was sent [s].
@@ -143,6 +144,7 @@ class Flight(NamedTuple):
     """
 
     count: Cell
+    lost: Cell
     newest: Cell
     bad: Cell
     first: Cell
@@ -151,7 +153,7 @@ class Flight(NamedTuple):
 
 
 LINK = Layout(Link, jitter=JITTER.size, loss=LOSS.size, law_and_outages=REST)
-FLIGHT = Layout(Flight, count=(), newest=(), bad=(), first=(), stamp=(), slots=REST)
+FLIGHT = Layout(Flight, count=(), lost=(), newest=(), bad=(), first=(), stamp=(), slots=REST)
 link_of, flight_of = LINK.reader(), FLIGHT.reader()
 
 
@@ -175,8 +177,6 @@ def step_packets(
     signal_received: Array,
     delay: Array,
     age_of_information: Array,
-    packets_sent: Array,
-    packets_lost: Array,
 ) -> None:
     """One tick of `PacketChannel`, in place.
 
@@ -189,8 +189,6 @@ def step_packets(
         signal_received: (n,).
         delay: (1,), of the packet in use [s].
         age_of_information: (1,), since the packet in use was sent [s].
-        packets_sent: (1,), how many so far.
-        packets_lost: (1,), how many of them never arrive.
     """
     p, m = link_of(link), flight_of(flight)
     n = signal_sent.size
@@ -203,10 +201,9 @@ def step_packets(
         arrivals[count % slots] = t + travel_time(t, link, seed, count, m.bad)
         payloads[count % slots] = signal_sent
         if np.isinf(arrivals[count % slots]):
-            packets_lost[:] += 1.0
+            m.lost[()] += 1.0
         count += 1
         m.count[()] = count
-        packets_sent[:] = count
     for packet in range(count - 1, max(int(m.newest[()]), count - slots - 1), -1):
         arrival = arrivals[packet % slots]
         if arrival <= t + TICK:
@@ -218,6 +215,13 @@ def step_packets(
     age_of_information[:] = t - m.stamp[()]
 
 
+@njit(cache=True)
+def show_counts(flight: Array, packet_counts: Array) -> None:
+    """Write how many packets were sent, and how many of them never arrive (2,)."""
+    m = flight_of(flight)
+    packet_counts[0], packet_counts[1] = m.count[()], m.lost[()]
+
+
 class PacketChannel(Block):
     """Carries a signal in packets, of which the receiver keeps the one that was sent last.
 
@@ -227,8 +231,8 @@ class PacketChannel(Block):
         output delay (1) [s]: travel time of the packet in use, 0 before the first.
         output age_of_information (1) [s]: since the packet in use was sent, or since the start
             before the first.
-        output packets_sent (1): how many so far.
-        output packets_lost (1): how many of them never arrive.
+        output packet_counts (2): of the memory: how many were sent, and how many of them never
+            arrive.
 
     Update, at t = k period: every `send_period` a packet with the signal is sent; it arrives after
     delay(t) + jitter, unless it is lost, sent in an outage, or slower than `longest`. Then
@@ -266,10 +270,9 @@ class PacketChannel(Block):
                     "signal_received": Memory(first, port=True),
                     "delay": Memory(1, port=True),
                     "age_of_information": Memory(1, port=True),
-                    "packets_sent": Memory(1, port=True),
-                    "packets_lost": Memory(1, port=True),
                     "flight": Memory(flight),
                 },
+                outputs={"packet_counts": Output(2, show_counts)},
                 parameters={"link": packets.parameters(period), "seed": seed},
                 period=period,
                 update=step_packets,

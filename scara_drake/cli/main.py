@@ -29,7 +29,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         # Only now: what a command needs takes seconds to import, and may not be installed.
         module = _module_of(options.command, options.module, options.extra)
-        with _told(errors):
+        from scara_drake.cli.compile_line import counted_kernels  # numba is there by now
+
+        with _told(errors), counted_kernels(errors):
             status: int = module.run(options, Console()) or 0
     except ValueError as error:
         if options.traceback:

@@ -71,6 +71,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
     for add in (
         _add_run,
+        _add_compile,
         _add_show,
         _add_diagrams,
         _add_ik,
@@ -106,6 +107,14 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
     _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
+
+
+def _add_compile(commands: Any) -> None:
+    parser = commands.add_parser("compile", help="compile the kernels, so that no run has to")
+    parser.add_argument(
+        "scenarios", nargs="*", metavar="SCENARIO", help="what they need (default: all shipped)"
+    )
+    parser.set_defaults(module="scara_drake.cli.compile", extra="")
 
 
 def _add_show(commands: Any) -> None:

@@ -6,13 +6,16 @@ import argparse
 import glob
 import signal
 import sys
-from contextlib import nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
 
+from pydrake.geometry import Meshcat
 from rich.console import Console
 
 from scara_drake import metrics
+from scara_drake.cli.kernels import compile_kernels
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
@@ -20,9 +23,10 @@ from scara_drake.display.page import publish_recording, save_html, start_recordi
 from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
-from scara_drake.scenario import load_scenario, parse_overrides
+from scara_drake.scenario import Scenario, load_scenario, parse_overrides
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
 from scara_drake.simulation.run import Run, run_into
+from scara_drake.stability.foresee import foresee
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -52,22 +56,13 @@ def run(options: argparse.Namespace, console: Console) -> int:
         DeferredInterrupt(*ENDING) as signals,
     ):
         _say_what_is_there(record, journal)
-        meshcat = None if options.no_meshcat else start_meshcat(options.host, options.port)
-        if meshcat is not None:
-            console.print(f"Scene: {meshcat.web_url()} ({who_reaches(options.host)})")
-            set_camera(meshcat, scenario.environment)
-            if options.html:
-                start_recording(meshcat)
+        for line in foresee(scenario):
+            console.print(f"Foreseen: {line}.", highlight=False, soft_wrap=True)
+        meshcat = None if options.no_meshcat else _open_scene(options, scenario, console)
         rate = 0.0 if options.no_realtime else 1.0
-        try:
+        with _notes_told():
             ended = run_into(journal, scenario, rate, meshcat, True, signals)
             _keep(journal, record)
-        except BaseException as error:
-            kept = getattr(error, "__notes__", [])
-            if kept and isinstance(error, Exception):
-                raise RuntimeError("; ".join([str(error), *kept])) from error
-            _say(*kept)
-            raise
         with open_recording(record) as recording:
             verdict = metrics.verdict(recording)
             with suppress(OSError) if signals.pressed else nullcontext():  # a closed terminal
@@ -83,6 +78,30 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
     return 0 if verdict.good else 1
+
+
+@contextmanager
+def _notes_told() -> Iterator[None]:
+    """Let the one line of an error say what its notes say: where what was recorded is kept."""
+    try:
+        yield
+    except BaseException as error:
+        kept = getattr(error, "__notes__", [])
+        if kept and isinstance(error, Exception):
+            raise RuntimeError("; ".join([str(error), *kept])) from error
+        _say(*kept)
+        raise
+
+
+def _open_scene(options: argparse.Namespace, scenario: Scenario, console: Console) -> Meshcat:
+    """Compile the kernels, which would leave the scene empty, then open it and say where it is."""
+    compile_kernels(scenario)
+    meshcat = start_meshcat(options.host, options.port)
+    console.print(f"Scene: {meshcat.web_url()} ({who_reaches(options.host)})")
+    set_camera(meshcat, scenario.environment)
+    if options.html:
+        start_recording(meshcat)
+    return meshcat
 
 
 def _keep(journal: Journal, record: Path) -> None:

@@ -36,14 +36,21 @@ def print_summary(
             table.add_row(*row)
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
+    if recording.attrs.get("device"):
+        _say(console, f"Operator: {recording.attrs['device']}")
     print_first_posture(console, recording.attrs)
     if result.interrupted:
         console.print("Stopped early; what was simulated is recorded.")
     if result.late:
         console.print(f"Not in real time: the clock was lost {result.late} times.")
     for remark in verdict.remarks:
-        console.print(f"Note: {remark}.", highlight=False, soft_wrap=True)
-    console.print(f"Verdict: {verdict}.", highlight=False, soft_wrap=True)
+        _say(console, f"Note: {remark}")
+    _say(console, f"Verdict: {verdict}")
+
+
+def _say(console: Console, sentence: str) -> None:
+    """Print a sentence as it is: the name of a device may be anything."""
+    console.print(f"{sentence}.", highlight=False, soft_wrap=True, markup=False)
 
 
 def _tracking(settled: xr.Dataset) -> Iterator[Row]:

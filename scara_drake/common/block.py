@@ -93,7 +93,8 @@ class Declaration:
         period: [s], of the updates; 0 for none.
         offset: [s], of the first update.
         update: kernel of an update, writes memory in place.
-        initialize: kernel of the start, if the first values depend on the inputs.
+        initialize: kernel of the start, if the first values depend on the inputs. A Simulator on a
+            Context that is past t = 0, such as a clone, leaves it out and goes on.
         enable: name of an input; while it is below one half, `rest` stands in for `update` and for
             `initialize`.
         rest: kernel of an update that is not enabled.
@@ -163,8 +164,7 @@ class Block(LeafSystem):
     def _declare_events(self) -> None:
         is_ = self.declaration
         if is_.initialize is not None:
-            rest = is_.rest_initialize or is_.rest
-            self.DeclareInitializationDiscreteUpdateEvent(self._event(is_.initialize, rest))
+            self._declare_start(self._event(is_.initialize, is_.rest_initialize or is_.rest))
         if is_.sample is not None:
             self._declare_with_plant(self._caller(is_.sample, WRITTEN))
         if is_.update is None:
@@ -174,6 +174,13 @@ class Block(LeafSystem):
             self._declare_with_plant(event)
         else:
             self.DeclarePeriodicDiscreteUpdateEvent(is_.period, is_.offset, event)
+
+    def _declare_start(self, event: Callable[[Any, Any], None]) -> None:
+        def start(context: Any, discrete: Any) -> None:
+            if context.get_time() <= 0.0:
+                event(context, discrete)
+
+        self.DeclareInitializationDiscreteUpdateEvent(start)
 
     def _declare_with_plant(self, event: Callable[[Any, Any], None]) -> None:
         def unrestricted(context: Any, state: Any) -> None:

@@ -122,6 +122,7 @@ def check(part: Any, path: str) -> None:
     Raises:
         ValueError: one line that names the field, its value and what is allowed.
     """
+    _check_names(part, path)
     for name, spec, value in _fields(part):
         where = f"{path}.{name}" if path else name
         if spec is not None:
@@ -135,6 +136,22 @@ def check(part: Any, path: str) -> None:
     together = getattr(part, "check_together", None)
     if together is not None:
         together(path)
+
+
+def _check_names(part: Any, path: str) -> None:
+    """Refuse an attribute that is no field: a slip of the pen that would do nothing.
+
+    Parts of the user's own may have what they like.
+    """
+    if type(part).__module__.partition(".")[0] != __name__.partition(".")[0]:
+        return
+    names = [entry.name for entry in dataclasses.fields(part)]
+    for name in vars(part):
+        if name not in names and not name.startswith("_"):
+            where = f"{path}.{name}" if path else name
+            raise ValueError(
+                f"{where}: unknown field, allowed {', '.join(names)}{checks.nearest(name, names)}"
+            )
 
 
 def check_sampling(part: Any, path: str, period: float, **known: Any) -> None:

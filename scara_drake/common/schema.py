@@ -88,6 +88,13 @@ def yaml_of(part: Any) -> str:
     return yaml.dump(data_of(part), Dumper=_Dumper, sort_keys=False, width=100)
 
 
+def changed_yaml(part: Any) -> str:
+    """Return the YAML text of those fields of a dataclass that differ from its defaults."""
+    default = data_of(type(part)())
+    changed = {key: value for key, value in data_of(part).items() if value != default[key]}
+    return yaml.dump(changed, Dumper=_Dumper, sort_keys=False, width=100) if changed else ""
+
+
 def _data(hint: Any, value: Any) -> Any:
     kinds = [kind for kind in alternatives(hint) if kind is not type(None)]
     if isinstance(value, list):

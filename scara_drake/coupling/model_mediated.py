@@ -5,9 +5,12 @@ The slave fits the model on each axis while there is contact, see `surface_model
 The master renders the newest model at its own rate, so no force crosses the channel and no delay is
 in the loop that the hand feels. A model that changes under the hand would make a step of force:
 the energy of the rendered spring may grow by `power` and no faster, beside the work of the hand.
+Beside that a hand that goes in or comes out at v takes up to K (v T_s)^2 of the sampled spring.
 
-The slave follows the master by a spring and a damper, as in `tdpa`: until the first model has
-arrived, the master moves freely.
+The slave follows the master by a spring and a damper, as in `tdpa`, while nothing touches it. While
+something does, it is pushed with the force that the master shows, see `press`: with the spring
+alone the tool would press with K_c / (K_c + K) of it. Until the first model has arrived, the master
+moves freely and shows nothing.
 """
 
 import math

@@ -5,6 +5,10 @@ channel delays, loses or reorders. At every tick, per axis, with a reserve E0::
 
     E_out(slave)(t)  <= E_in(master)(t - tau) + E0,   E_out(master)(t) <= E_in(slave)(t - tau) + E0
 
+This is for a hand that changes the device's velocity by no more than `turn`. A force that is
+commanded now acts from the next tick to the one after it, when the hand may have turned round; so
+it is limited by the most that it could give out in that time, and not by what it gives out now.
+
 The limited form of Hannaford-Ryu (2002) and Ryu-Artigas-Preusche (2010): the slave's velocity and
 the master's force are scaled within [0, 1], with no division by a small power. What is left is
 spent over `horizon` and not in one tick, so a limit comes on smoothly.

@@ -11,6 +11,13 @@ gain sqrt(1 - tau') of Lozano, Chopra and Spong (2002), found without knowing th
 covers loss and reordering. What is left over, where packets were skipped, pays for a position term
 that takes away the drift.
 
+The wave to the slave is made of the way that the device has made and the force that it had over it,
+both of the tick that is over, so it carries the true work of the hand. What a force can give out
+before it is replaced is limited as in `tdpa`, for a hand that changes the device's velocity by no
+more than `turn`. With a reserve E0, without which no force could begin, at every tick::
+
+    E_in(master) + E_in(slave) + E0 >= E_out(master) + E_out(slave)
+
 The force at the slave is that of a spring and a damper from the desired position to the motion that
 the joints are truly asked for, as in `tdpa`.
 """

@@ -31,13 +31,16 @@ class SceneAnnotations(LeafSystem):
 
     And the surfaces that move, where they are; those at rest are in the plant's geometry.
 
-    And a sky of another colour while the operator's device is lost.
+    And a sky of another colour while the operator's device is lost; and, of a device that pushes,
+    its motion and where the hand wants it.
 
-    Input ports (the last three may stay unconnected; what they describe is not drawn then):
+    Input ports (all but the first may stay unconnected; what they describe is not drawn then):
         state (12): q, v measured [m, rad, m/s, rad/s]
         X_WE_desired (7): p (3) [m], quaternion w, x, y, z of the desired tool
         f_env_on_tool_W (3): force of the environment on the tool point [N]
         device_connected (1): 0 while the operator's device is lost
+        motion_master (6): x, v of a device that pushes [m, m/s]
+        hand_target (3): where the hand wants it [m]
     Discrete state: the index of the newest point of the trail, and its points (n, 3) [m] as a ring.
     Update (every TRAIL_PERIOD): the tool point joins the trail. Initial: all its points are there.
     Publish (every PERIOD): the pictures, at the time of the context in a recording.
@@ -51,6 +54,10 @@ class SceneAnnotations(LeafSystem):
         self._desired = self.DeclareVectorInputPort("X_WE_desired", 7)
         self._force = self.DeclareVectorInputPort("f_env_on_tool_W", 3)
         self._connected = self.DeclareVectorInputPort("device_connected", 1)
+        self._held = {
+            name: self.DeclareVectorInputPort(name, size)
+            for name, size in (("motion_master", 6), ("hand_target", 3))
+        }
         self._trail = int(self.DeclareDiscreteState(np.r_[-1.0, np.zeros(3 * points)]))
         self.DeclareInitializationDiscreteUpdateEvent(self._start_trail)
         self.DeclarePeriodicDiscreteUpdateEvent(TRAIL_PERIOD, 0.0, self._extend_trail)
@@ -64,6 +71,8 @@ class SceneAnnotations(LeafSystem):
         return p_WE
 
     def _start_trail(self, context: Context, discrete: DiscreteValues) -> None:
+        if context.get_time() > 0.0:
+            return  # a clone goes on
         trail = discrete.get_mutable_value(self._trail)
         trail[0] = 0.0
         trail[1:].reshape(-1, 3)[:] = self._tool_point(context)
@@ -86,6 +95,10 @@ class SceneAnnotations(LeafSystem):
             path = f"{_ROOT}/force/{part.name}/<object>"
             meshcat.SetProperty(path, "renderOrder", 1.0)
             meshcat.SetProperty(path, "material.depthTest", False)
+        board = f"{_ROOT}/board"
+        for part in (look.BOARD, *look.HELD.values()):
+            _draw_part(meshcat, board, part)
+        meshcat.SetTransform(board, RigidTransform(look.BOARD_PLACE))
         tube = Cylinder(look.TRAIL_RADIUS, 1.0)
         for index in range(self._points):
             meshcat.SetObject(f"{_ROOT}/trail/{index}/tube", tube, Rgba(*look.MEASURED))
@@ -107,6 +120,7 @@ class SceneAnnotations(LeafSystem):
         time, tool = context.get_time(), self._tool_point(context)
         self._place_ghost(context, time)
         self._place_force(context, time, tool)
+        self._place_held(context, time)
         self._color_sky(context, time)
         for surface in self._moving:
             path = f"{_ROOT}/surfaces/{surface.name}"
@@ -140,6 +154,14 @@ class SceneAnnotations(LeafSystem):
             middle = [0.0, 0.0, float(look.shaft_middle(shaft))]
             meshcat.SetProperty(f"{path}/shaft", "position", middle, time)
             meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, shaft], time)
+
+    def _place_held(self, context: Context, time: float) -> None:
+        held = [name for name, port in self._held.items() if port.HasValue(context)]
+        self._meshcat.SetProperty(f"{_ROOT}/board", "visible", bool(held), time)
+        for name in held:
+            place = look.on_board(self._held[name].Eval(context)[:3])
+            path = f"{_ROOT}/board/{look.HELD[name].name}"
+            self._meshcat.SetTransform(path, RigidTransform(place), time)
 
     def _color_sky(self, context: Context, time: float) -> None:
         if self._connected.HasValue(context):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Color = tuple[float, float, float, float]  # red, green, blue, opacity
 
-DESIRED: Final[Color] = (0.95, 0.05, 0.75, 0.40)
+DESIRED: Final[Color] = (0.95, 0.05, 0.75, 0.70)
 MEASURED: Final[Color] = (0.05, 0.62, 0.45, 1.0)
 FORCE: Final[Color] = (0.90, 0.04, 0.04, 0.99)  # not opaque: drawn after the translucent wall
 SURFACE: Final[Color] = (0.42, 0.58, 0.74, 0.30)
@@ -23,6 +23,8 @@ AXES: Final[tuple[Color, Color, Color]] = (
     (0.1, 0.75, 0.1, 1.0),
     (0.1, 0.3, 0.95, 1.0),
 )
+DEVICE: Final[Color] = (0.30, 0.22, 0.55, 1.0)
+HAND: Final[Color] = (0.95, 0.80, 0.25, 0.60)
 SKY: Final = {"top_color": [0.78, 0.86, 0.94], "bottom_color": [0.99, 0.99, 0.99]}
 SKY_LOST: Final = {"top_color": [0.93, 0.45, 0.35], "bottom_color": [1.0, 0.85, 0.6]}
 
@@ -53,6 +55,9 @@ VIEW: Final = np.array([1.0, 0.6, 0.5])  # from the scene to the camera
 ZOOM: Final = 2.2  # a longer lens than the default 75 degrees, so that the picture is less bent
 # The arm at home and the foot of its mast, which is always in the picture [m].
 ARM: Final = np.array([[-0.3, 0.5, 3.0], [0.0, 0.0, 3.9], [1.3, -0.6, 3.0], [0.6, 0.6, 2.6]])
+# The ground, the mast drawn in and the girders: the whole crane.
+WHOLE: Final = np.array([[5.0, 2.6, 0.0], [5.0, -2.6, 0.0], [-5.0, 2.6, 0.0], [-5.0, -2.6, 0.0],
+                         [0.0, 0.0, 14.4]])  # fmt: skip
 _HALF_HEIGHT = np.tan(np.deg2rad(75.0 / 2)) / ZOOM  # of the picture, one metre from the camera
 _ASPECT = 1.5  # width to height; a wider window shows more
 _FILL = 0.9  # part of the picture that the scene fills
@@ -92,10 +97,15 @@ def _along(axis: int, distance: float) -> Array:
     return X
 
 
-# The desired tool: a translucent rod that ends in a ball at the tool point, with the frame's axes.
+# The desired tool, of which the real one, where it is in it, stays visible: a thin rod to a ball at
+# the tool point, with the frame's axes, and rings around.
 GHOST: Final[tuple[Part, ...]] = (
-    Part("rod", "cylinder", (0.075, 0.62), at(0.0, 0.0, -0.36), DESIRED),
-    Part("tip", "sphere", (0.05,), np.eye(4), DESIRED),
+    Part("rod", "cylinder", (0.012, 0.62), at(0.0, 0.0, -0.36), DESIRED),
+    Part("tip", "sphere", (0.03,), np.eye(4), DESIRED),
+    *(
+        Part(f"ring_{index}", "cylinder", (0.085, 0.014), at(0.0, 0.0, z), DESIRED)
+        for index, z in enumerate((-0.55, -0.37, -0.19))
+    ),
     *(
         Part(f"axis_{axis}", "cylinder", (0.009, 0.25), _along(axis, 0.125), color)
         for axis, color in enumerate(AXES)
@@ -105,6 +115,22 @@ GHOST: Final[tuple[Part, ...]] = (
 # The shaft is one metre long, to be scaled and placed; the head keeps its size.
 SHAFT: Final = Part("shaft", "cylinder", (0.028, 1.0), np.eye(4), FORCE)
 TIP: Final = Part("head", "cone", (0.07, HEAD), at(0.0, 0.0, -HEAD / 2), FORCE)
+
+
+# The operator's device and the place where his hand wants it, on their own board; at its middle
+# both are in the middle of the workspace.
+BOARD_PLACE: Final = np.array([1.1, 0.45, 2.65])  # [m], at the operator's side of the scene
+BOARD_SCALE: Final = 3.0  # of the motions, which are centimetres
+BOARD: Final = Part("board", "box", (0.5, 0.5, 0.015), at(0.0, 0.0, -0.1), EDGE)
+HELD: Final[dict[str, Part]] = {  # by signal
+    "motion_master": Part("device", "sphere", (0.05,), np.eye(4), DEVICE),
+    "hand_target": Part("hand", "sphere", (0.075,), np.eye(4), HAND),
+}
+
+
+def on_board(x: ArrayLike) -> Array:
+    """Return where on the board (..., 3) [m] a place (..., 3) [m] in the workspace is drawn."""
+    return BOARD_SCALE * np.asarray(x)
 
 
 def shaft_length(newtons: ArrayLike) -> Array:

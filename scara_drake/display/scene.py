@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numpy.typing import ArrayLike
 from pydrake.geometry import Meshcat, SceneGraph
 from pydrake.lcm import DrakeLcm
 from pydrake.multibody.plant import MultibodyPlant
@@ -20,6 +21,7 @@ def add_visualization(
     meshcat: Meshcat,
     environment: Environment,
     collision_shapes: bool = False,
+    places: ArrayLike = (),
 ) -> SceneAnnotations:
     """Draw a finalized plant and return the annotations, named and in the builder, to be connected.
 
@@ -29,6 +31,7 @@ def add_visualization(
         scene_graph: of the plant.
         meshcat: where to draw; its camera is set.
         environment: the surfaces, for the camera and for those that move.
+        places: (n, 3) [m] where the robot goes, for the camera.
         collision_shapes: also offers Drake's collision shapes and contact forces, for debugging.
     """
     config = VisualizationConfig(
@@ -45,7 +48,7 @@ def add_visualization(
         meshcat=meshcat,
         lcm=DrakeLcm("memq://null"),  # nothing goes on the network
     )
-    set_camera(meshcat, environment)
+    set_camera(meshcat, environment, places)
     return builder.AddNamedSystem(
         "annotations", SceneAnnotations(meshcat, surfaces=environment.surfaces)
     )

@@ -12,7 +12,11 @@ or with the law of Hunt and Crossley (1975), whose damping grows with the depth 
 
 The raw equation (52) steps by B d' at touch and pulls the tool back on a fast retreat. The blend b
 lets the damping grow over the first millimetre, so the force starts at zero; the clamp never pulls.
-Of either law (f - K dⁿ) d' >= 0, so a surface at rest never gives energy.
+Of either law (f - K dⁿ) d' >= 0, so a surface at rest never gives energy in continuous time. Held
+over a period, the spring alone gives K/2 sum (Δd)², half the stiffness times the squared steps of
+the depth: of K d² / 2, at most the share 2 v T / d of a press to the depth d at the speed v. The
+damping takes b B / T times the same sum, so it makes up for it where b B > K T / 2: with 100 N s/m,
+10 kN/m and 1 ms, beyond a twentieth of the blend.
 
 A law is a kernel of a surface, the depth [m] and its rate [m/s], and a line in `LAWS`.
 """

@@ -16,6 +16,7 @@ from scara_drake.experiments.claim import (
     Experiment,
 )
 from scara_drake.experiments.control import (
+    equivalent_control,
     figures_16_17,
     figures_18_19,
     figures_29_30,
@@ -46,6 +47,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figures_12_15": figures_12_15.run,
     "orientation_drift": orientation_drift.run,
     "table_10": table_10.run,
+    "equivalent_control": equivalent_control.run,
     "figures_16_17": figures_16_17.run,
     "figures_18_19": figures_18_19.run,
     "figures_20_27": figures_20_27.run,

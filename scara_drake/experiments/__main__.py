@@ -7,11 +7,13 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from scara_drake.experiments import EXPERIMENTS, Experiment, report
+from scara_drake.experiments.plots import PLOTS
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -29,7 +31,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--seed", type=int, default=0, help="of all that is drawn (default 0)")
     parser.add_argument("--reasons", action="store_true", help="print criteria and reasons too")
+    parser.add_argument(
+        "--pictures", type=Path, metavar="FOLDER", help=f"draw {', '.join(PLOTS)} into it"
+    )
     options = parser.parse_args(arguments)
+    if options.pictures is not None and not options.pictures.is_dir():
+        parser.error(f"--pictures: {options.pictures}, allowed a folder that exists")
     for name in options.names:
         if name not in EXPERIMENTS:
             parser.error(f"NAME: {name}, allowed {', '.join(EXPERIMENTS)}")
@@ -41,6 +48,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         start = time.perf_counter()
         experiment = EXPERIMENTS[name](seed=options.seed)
         done.append((experiment, time.perf_counter() - start))
+        if options.pictures is not None and name in PLOTS:
+            PLOTS[name](experiment.data).savefig(options.pictures / f"{name}.png")
     console.print(timed_table(done))
     experiments = [experiment for experiment, _ in done]
     if options.reasons:

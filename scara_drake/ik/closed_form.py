@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
+from scara_drake.ik.arrays import real_array
 from scara_drake.ik.kernels.solutions import (
     MOST,
     all_kernel,
@@ -20,19 +21,19 @@ from scara_drake.ik.kernels.solutions import (
 )
 from scara_drake.ik.options import ClosedFormOptions
 from scara_drake.ik.result import Answer, PathAnswer, Problem
-from scara_drake.ik.target import JOINTS, check_seed, pose_fault_kernel
+from scara_drake.ik.target import JOINTS, check_seed, pose_fault_kernel, settle_pose
 from scara_drake.joints import HOME
 
 Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def _first_fault(X: Array) -> tuple[int, int]:
-    for i in range(X.shape[0]):
+def _next_fault(X: Array, begin: int) -> tuple[int, int]:
+    for i in range(begin, X.shape[0]):
         fault = pose_fault_kernel(X[i])
         if fault > 0:
             return i, fault
-    return 0, 0
+    return X.shape[0], 0
 
 
 def solve_batch(
@@ -51,15 +52,13 @@ def solve_batch(
         ValueError: the poses, joints or q_seed are not allowed; one line that says what is.
     """
     checks.choice("joints", joints, JOINTS)
-    X = np.array(X_WEs, dtype=np.float64, order="C", ndmin=1)
+    X = real_array("X_WEs", X_WEs)
     if X.ndim != 3 or X.shape[1:] != (4, 4):
         raise ValueError(f"X_WEs: shape {X.shape}, allowed (n, 4, 4)")
-    index, fault = _first_fault(X)
-    if fault > 0:
-        raise ValueError(
-            f"X_WEs[{index}]: not {'finite' if fault == 1 else 'a rigid transform'}, "
-            "allowed finite numbers, a rotation and last row 0 0 0 1"
-        )
+    index, fault = _next_fault(X, 0)
+    while fault > 0:
+        settle_pose(X[index], fault, f"X_WEs[{index}]")
+        index, fault = _next_fault(X, index + 1)
     if q_seed is None and joints == "arm":
         raise ValueError('q_seed: None, allowed (6,) with joints="arm": it holds the mast height')
     near = np.array(HOME) if q_seed is None else check_seed(q_seed)

@@ -7,10 +7,9 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, Final, NamedTuple, TypeVar
 
-import numpy as np
-
 from scara_drake.common import checks
 from scara_drake.common.fields import ABOVE_ZERO, check, choice, number
+from scara_drake.ik.arrays import real_array
 
 Options = TypeVar("Options", bound="MethodOptions")
 
@@ -165,7 +164,7 @@ class SearchOptions(MethodOptions):
         """Check the values; see MethodOptions."""
         super().check_together(name)
         if self.nearest_to is not None:
-            nearest = np.asarray(self.nearest_to, dtype=np.float64)
+            nearest = real_array("nearest_to", self.nearest_to)
             checks.vector("nearest_to", nearest.ravel().tolist(), 6)
         if self.starts is not None:
             _count("starts", self.starts, 1)

@@ -168,14 +168,15 @@ class InverseKinematicsSystem(Block):
         output X_WE_desired (7): of servo_state, the pose that is followed: p_WE [m], quaternion
             w x y z.
         output status (1): of servo_state: 0 tracking, 1 holding the last good answer because the
-            target cannot be reached, 2 tracking a target that was drawn back into the arm's reach.
+            target cannot be reached, 2 tracking a target that was drawn back into the arm's reach,
+            3 on the way to an answer that is further than the joints can go in a period.
         output motion_limited (6): of state_desired, the motion of the tool point that the joints
             are asked for, after every limit: p_WE [m], its velocity [m/s].
 
-    Update, at t = k period, with "dpsoij" and "inverse_jacobian": the limiter follows the command
-    and the joints follow the limiter by resolved rates, see `servo`. With another method each
-    sample is solved from scratch. Where the answer leaves the tolerance, q stays, v is zero and the
-    limiter returns to the last good pose.
+    Update, at t = k period, with "dpsoij", "robust" and "inverse_jacobian": the limiter follows the
+    command and the joints follow the limiter by resolved rates, see `servo`. With another method
+    each sample is solved from scratch, and the joints go there no faster than they can. Where the
+    answer leaves the tolerance, q stays, v is zero and the limiter returns to the last good pose.
 
     Initial: q = `q_start`, or the answer for `first_command`; the limiter rests at its tool pose.
 
@@ -246,6 +247,11 @@ class InverseKinematicsSystem(Block):
         if not result.success:
             servo.hold(good, servo_state, state_desired)
             return
-        desired.q[:] = result.q
         servo.reference_rates(servo_state, result.q, settings, limits, desired.v)
+        q, rates = desired.q.copy(), desired.v.copy()
+        period = self.declaration.period
+        late = servo.approach(q, result.q, limits, period, rates)
+        desired.q[:], desired.v[:] = q, rates
         now.status[()] = servo.REACH_LIMITED if cut else servo.TRACKING
+        if late:
+            now.status[()] = servo.CATCHING_UP

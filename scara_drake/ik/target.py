@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
+from scara_drake.ik.arrays import real_array
 from scara_drake.ik.kernels.errors import confirm_kernel
 from scara_drake.ik.result import Problem
 from scara_drake.joints import HOME, LOWER, UPPER, check_configuration
@@ -27,30 +28,67 @@ TASKS: Final = ("pose", "position")
 SEED_SLACK: Final = 1e-6
 # Seeds are taken modulo this plus one: the kernels hold them in 64 bits.
 LARGEST_SEED: Final = 2**63 - 1
-# How far R R^T may be from the identity.
+# How far an entry of R R^T may be from the identity; and how far where the numbers of R were
+# rounded to four decimals, so that the nearest rotation is meant.
 RIGID: Final = 1e-6
+ROUNDED: Final = 1e-3
+# No robot is further away, and no square of it overflows [m].
+FARTHEST: Final = 1e6
+
+# What `pose_fault_kernel` finds.
+NOT_FINITE, NOT_RIGID, TOO_FAR, ROUNDED_ROTATION = 1, 2, 3, 4
 
 
 @njit(cache=True)
 def pose_fault_kernel(X: Array) -> int:
-    """Return 0 for a rigid transform (4, 4), 1 if not finite, 2 if not rigid."""
+    """Return 0 for a rigid transform (4, 4) [m], or what is wrong with it.
+
+    1 not finite, 2 not rigid, 3 further than 1e6 m away, 4 rigid but for rounding.
+    """
+    rounded = False
     for i in range(4):
         for j in range(4):
             if not np.isfinite(X[i, j]):
-                return 1
+                return NOT_FINITE
     for i in range(3):
         if abs(X[3, i]) > 1e-9:
-            return 2
+            return NOT_RIGID
+        if abs(X[i, 3]) > FARTHEST:
+            return TOO_FAR
         for j in range(i + 1):
             s = X[i, 0] * X[j, 0] + X[i, 1] * X[j, 1] + X[i, 2] * X[j, 2]
-            if abs(s - (1.0 if i == j else 0.0)) > RIGID:
-                return 2
+            off = abs(s - (1.0 if i == j else 0.0))
+            if off > ROUNDED:
+                return NOT_RIGID
+            rounded = rounded or off > RIGID
     det = (
         X[0, 0] * (X[1, 1] * X[2, 2] - X[1, 2] * X[2, 1])
         - X[0, 1] * (X[1, 0] * X[2, 2] - X[1, 2] * X[2, 0])
         + X[0, 2] * (X[1, 0] * X[2, 1] - X[1, 1] * X[2, 0])
     )
-    return 0 if det > 0.0 and abs(X[3, 3] - 1.0) <= 1e-9 else 2
+    if det <= 0.0 or abs(X[3, 3] - 1.0) > 1e-9:
+        return NOT_RIGID
+    return ROUNDED_ROTATION if rounded else 0
+
+
+def settle_pose(X: Array, fault: int, name: str) -> None:
+    """Make a rounded rotation of a pose (4, 4) the nearest exact one, in place.
+
+    Raises:
+        ValueError: any other fault; one line that names the argument.
+    """
+    if fault == NOT_FINITE:
+        raise ValueError(f"{name}: not finite, allowed finite numbers")
+    if fault == TOO_FAR:
+        farthest = X[int(np.argmax(np.abs(X[:3, 3]))), 3]
+        raise ValueError(f"{name}: {farthest:g} m, allowed positions up to {FARTHEST:g} m")
+    if fault == NOT_RIGID:
+        raise ValueError(
+            f"{name}: not a rigid transform, allowed a rotation (within {ROUNDED:g}; "
+            "scipy.spatial.transform.Rotation.from_matrix gives the nearest) and last row 0 0 0 1"
+        )
+    U, _, Vt = np.linalg.svd(X[:3, :3])
+    X[:3, :3] = U @ Vt
 
 
 @njit(cache=True)
@@ -66,18 +104,19 @@ def clip_seed_kernel(q: Array) -> bool:
 def check_pose(X_WE: Any, name: str) -> Array:
     """Return a copy (4, 4) of a pose given as an array or as a RigidTransform.
 
+    A rotation whose numbers were rounded, so that R R^T is within 1e-3 of the identity, is made the
+    nearest exact one.
+
     Raises:
-        ValueError: wrong shape, not finite, or not a rigid transform; names the argument.
+        ValueError: wrong shape, no real numbers, not finite, not a rigid transform, or further than
+            1e6 m away; names the argument.
     """
-    matrix = X_WE.GetAsMatrix4() if hasattr(X_WE, "GetAsMatrix4") else X_WE
-    X = np.array(matrix, dtype=np.float64, order="C")
+    X = real_array(name, X_WE.GetAsMatrix4() if hasattr(X_WE, "GetAsMatrix4") else X_WE)
     if X.shape != (4, 4):
         raise ValueError(f"{name}: shape {X.shape}, allowed (4, 4) or a RigidTransform")
     fault = pose_fault_kernel(X)
-    if fault == 1:
-        raise ValueError(f"{name}: not finite, allowed finite numbers")
-    if fault == 2:
-        raise ValueError(f"{name}: not a rigid transform, allowed a rotation and last row 0 0 0 1")
+    if fault > 0:
+        settle_pose(X, fault, name)
     return X
 
 
@@ -87,7 +126,7 @@ def check_seed(q_seed: ArrayLike) -> Array:
     Raises:
         ValueError: wrong shape, or outside the ranges by more than rounding; names the joint.
     """
-    q = np.array(q_seed, dtype=np.float64)
+    q = real_array("q_seed", q_seed)
     if q.shape == (6,) and clip_seed_kernel(q):
         return q
     return check_configuration("q_seed", q)

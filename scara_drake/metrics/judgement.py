@@ -1,8 +1,9 @@
 """The verdict on a run: whether the arm did what it was told, by its recording alone.
 
 The arm is lost where the tool or a joint is farther from its reference than the bounds below, for
-`HOLD` or to the end of the recording. A start away from the reference is no loss where the arm gets
-there. The command is lost where it ends without arriving, or with the tool away from it.
+`HOLD`, or for `END_HOLD` to the end of the recording. A start away from the reference is no loss
+where the arm gets there. The command is lost where it ends without arriving, with the tool away
+from it, or without the operator's device.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ TOOL_BOUND: Final = 0.05  # [m], of the tool from its reference
 ANGLE_BOUND: Final = 0.1  # [rad], of a joint from its reference
 COMMAND_BOUND: Final = 0.1  # [m], of the tool from the delayed command
 HOLD: Final = 0.5  # [s], what passes sooner counts for nothing
+END_HOLD: Final = 0.1  # [s], the same for what has not passed at the end of the recording
 SPEED_BOUND: Final = 1.5  # times the fastest rate of a joint; a reference keeps to one
 RANGE_BOUND: Final = 1e-2  # [m, rad], of a joint beyond its range
 SATURATED: Final = 0.05  # share of the time at the effort limit that is worth a word
@@ -56,6 +58,8 @@ def verdict(recording: xr.Dataset) -> Verdict:
     """Judge a recording: a pure function of its variables."""
     failures = [*_arm(recording), *_limits(recording), *_silent(recording)]
     remarks = [*_outages(recording), *_statuses(recording), *_efforts(recording)]
+    for sentence, open_end in _device(recording):
+        (failures if open_end else remarks).append(sentence)
     for sentence, open_end in _command(recording):
         (failures if open_end and not failures else remarks).append(sentence)
     return Verdict(tuple(failures), (*remarks, *_forces(recording)))
@@ -67,7 +71,8 @@ def _arm(recording: xr.Dataset) -> Iterator[str]:
     angles = abs(tracking_error(recording)).isel(joint=slice(1, None)).max("joint")
     away = ~((tool.values <= TOOL_BOUND) & (angles.values <= ANGLE_BOUND))
     for lost in stretches(t, away, HOLD):
-        if away[0] and lost.start == t[0] and not lost.open:
+        started = away[0] and lost.start == t[0] and not lost.open
+        if started or lost.length < END_HOLD:
             continue
         during = slice(lost.start, lost.end)
         farthest = (
@@ -109,6 +114,18 @@ def _silent(recording: xr.Dataset) -> Iterator[str]:
         if silent > HOLD:
             since = max(float(recording.time[-1]) - silent, 0.0)
             yield f"{what} lost at t = {since:.2f} s: nothing came over the {link}link to the end"
+
+
+def _device(recording: xr.Dataset) -> Iterator[tuple[str, bool]]:
+    """The stretches in which the operator's device was lost, and whether it ended so."""
+    if "device_connected" not in recording:
+        return
+    named = f" ({recording.attrs['device']})" if recording.attrs.get("device") else ""
+    for lost in stretches(recording.time.values, recording.device_connected.values < 1.0):
+        yield (
+            f"the operator's device{named} was lost for {lost.length:.2f} s, from {lost}",
+            lost.open and lost.length > HOLD,
+        )
 
 
 def _command(recording: xr.Dataset) -> Iterator[tuple[str, bool]]:

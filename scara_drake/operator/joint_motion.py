@@ -13,7 +13,11 @@ from scara_drake.common.block import Block, Declaration, Output
 from scara_drake.common.fields import number, vector
 from scara_drake.common.layout import Layout
 from scara_drake.common.motion import minimum_jerk, minimum_jerk_rate
-from scara_drake.kinematics import quaternion_from_rotation_kernel, tool_pose_kernel
+from scara_drake.kinematics import (
+    forward_kinematics,
+    quaternion_from_rotation_kernel,
+    tool_pose_kernel,
+)
 from scara_drake.vectors import pose_of
 
 Array = NDArray[np.float64]
@@ -22,6 +26,7 @@ ROUNDING = 1e-5  # [m], [rad]; of speeds a share
 # Of a minimum-jerk move, over displacement / duration and displacement / duration².
 PEAK_SPEED, PEAK_ACCELERATION = 15.0 / 8.0, 10.0 / math.sqrt(3.0)
 _UNITS = joints.JOINT_UNITS
+PLACES = 200  # of the tool along a motion
 _NONE = [0.0] * 6
 
 
@@ -147,6 +152,15 @@ class JointMotion:
         state = np.empty(12)
         joint_reference(0.0, self.parameters(), state)
         return state
+
+    def places(self, duration: float) -> Array:
+        """Return tool points (n, 3) [m] along the motion, for the camera."""
+        state, motion = np.empty(12), self.parameters()
+        postures = []
+        for t in np.linspace(0.0, duration, PLACES):
+            joint_reference(t, motion, state)
+            postures.append(state[:6].copy())
+        return forward_kinematics(np.array(postures))[:, :3, 3]
 
     def parameters(self) -> Array:
         """Return the fields as `motion_of` reads them."""

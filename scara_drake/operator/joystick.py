@@ -15,13 +15,12 @@ from scara_drake.common.resources import resource
 from scara_drake.operator.devices import AxisMap, Device, PygameDevice, find_device
 from scara_drake.operator.live_stick import LiveStick
 from scara_drake.operator.mapping import JoystickMapping, initial_command
-from scara_drake.operator.trace import load_trace
+from scara_drake.operator.trace import CLOCK_TOLERANCE, load_trace
 
 Array = NDArray[np.float64]
 Trace: TypeAlias = tuple[ArrayLike, ArrayLike]
 
 DEVICES = ("trace", "auto", "joystick")
-CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in the last bits
 
 
 @dataclass
@@ -34,6 +33,7 @@ class Joystick:
         index: of the live device, where there are several.
         axes: of the live device: which of them is which.
         trace: the CSV file, or the name of a shipped one.
+        trace_from_first_row: its times count from its first row on, as for Unix times.
         sample_period: of the stick.
         mapping: from the stick to the tool.
     """
@@ -42,6 +42,7 @@ class Joystick:
     index: int = number(0, "1", 0, 31)
     axes: AxisMap = field(default_factory=AxisMap)
     trace: str = "operator_trace.csv"
+    trace_from_first_row: bool = False
     sample_period: float = number(0.01, "s", 1e-3, 0.1)
     mapping: JoystickMapping = field(default_factory=JoystickMapping)
 
@@ -55,7 +56,7 @@ class Joystick:
             path = self.trace_path()
             if not path.is_file():
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
-            load_trace(path)
+            load_trace(path, self.trace_from_first_row)
 
     @property
     def is_live(self) -> bool:
@@ -103,7 +104,8 @@ class Joystick:
         if device is not None:
             return JoystickSource(device, self.sample_period)
         path = self.trace_path()
-        return JoystickSource(load_trace(path), self.sample_period, f"trace {path.name}")
+        trace = load_trace(path, self.trace_from_first_row)
+        return JoystickSource(trace, self.sample_period, f"trace {path.name}")
 
 
 @njit(cache=True)

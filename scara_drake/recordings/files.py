@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -43,8 +43,17 @@ def save_recording(dataset: xr.Dataset, path: str | Path) -> None:
         _append(partial, iter(()), dataset.attrs)
 
 
-def save_journal(journal: str | Path, path: str | Path) -> Contents:
+def save_journal(
+    journal: str | Path,
+    path: str | Path,
+    judge: Callable[[xr.Dataset], dict[str, str | int | float]] | None = None,
+) -> Contents:
     """Make a recording of a journal, piece by piece, whole or not at all; keep the journal.
+
+    Args:
+        journal: the file.
+        path: of the recording.
+        judge: gets the recording, lazily opened, and returns further attributes of it.
 
     Returns:
         What the journal holds.
@@ -61,6 +70,11 @@ def save_journal(journal: str | Path, path: str | Path) -> Contents:
     with _recording_file(path) as partial:
         _create(first, partial)
         _append(partial, pieces, first.attrs)
+        if judge is not None:
+            with xr.open_dataset(partial, engine=ENGINE) as recording:
+                found = {name: _portable(value) for name, value in judge(recording).items()}
+            with netCDF4.Dataset(partial, "a") as file:
+                file.setncatts(found)
     return contents
 
 

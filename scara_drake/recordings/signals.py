@@ -91,13 +91,15 @@ SIGNALS: Final[dict[str, Signal]] = {
     "command_watch": Signal(
         "command_watch", 0, (), "1", "0 command passes, 1 lost, 2 waits or catches up", False
     ),
-    "packets_sent_up": Signal("packets_sent_up", 0, (), "1", "packets sent up so far", False),
+    "packets_sent_up": Signal("packet_counts_up", 0, (), "1", "packets sent up so far", False),
     "packets_lost_up": Signal(
-        "packets_lost_up", 0, (), "1", "packets sent up that never arrive", False
+        "packet_counts_up", 1, (), "1", "packets sent up, never to arrive", False
     ),
-    "packets_sent_down": Signal("packets_sent_down", 0, (), "1", "packets sent down so far", False),
+    "packets_sent_down": Signal(
+        "packet_counts_down", 0, (), "1", "packets sent down so far", False
+    ),
     "packets_lost_down": Signal(
-        "packets_lost_down", 0, (), "1", "packets sent down that never arrive", False
+        "packet_counts_down", 1, (), "1", "packets sent down that never arrive", False
     ),
     "saturation": Signal(
         "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False

@@ -16,6 +16,7 @@ from scara_drake.recordings.surfaces import KIND, facing, surfaces_of
 
 Array = NDArray[np.float64]
 
+_OF_A_MASTER = ("x_master", "hand_target")  # where there is one
 _SIGNALS = ["q_measured", "q_desired", "p_WE_desired", "f_env_on_tool_W"]
 YEAR = 3.2e7  # [s]: no run is longer, and none could be drawn
 _KINDS = ("Wall", "Box", "Cylinder")
@@ -71,7 +72,8 @@ def load(path: str | Path) -> tuple[xr.Dataset, list[Block]]:
     refusal = ValueError(f"recording: '{path}', allowed NetCDF written by a run")
     with open_recording(path) as recording:
         try:
-            data = recording[_SIGNALS].sel(joint=list(JOINT_NAMES)).load()
+            names = [*_SIGNALS, *(name for name in _OF_A_MASTER if name in recording)]
+            data = recording[names].sel(joint=list(JOINT_NAMES)).load()
             blocks = read_surfaces(data.attrs["scenario"])
         except UNREADABLE:
             raise refusal from None

@@ -46,6 +46,7 @@ def draw(viewer: meshcat.Visualizer, data: xr.Dataset, blocks: list[Block], step
         _add(node, visual.shape, visual.size, visual.X_LV, visual.color)
     poses |= _add_ghost(viewer, urdf, data)
     poses |= _add_force(viewer, tool, np.nan_to_num(data.f_env_on_tool_W.values))
+    poses |= _add_held(viewer, data)
     poses |= _add_trail(viewer, tool)
     _add_surfaces(viewer, blocks)
     for path, X in poses.items():
@@ -82,6 +83,20 @@ def _add_force(viewer: meshcat.Visualizer, tool: Array, force: Array) -> Poses:
         "force": _poses(tool, newtons >= look.SMALLEST_FORCE, R_WF),
         "force/shaft": shaft,
     }
+
+
+def _add_held(viewer: meshcat.Visualizer, data: xr.Dataset) -> Poses:
+    """The operator's device and where his hand wants it, if there is one that pushes."""
+    signals = {"motion_master": "x_master", "hand_target": "hand_target"}
+    if not all(name in data and np.isfinite(data[name]).all() for name in signals.values()):
+        return {}
+    X_WB, poses = look.at(*look.BOARD_PLACE), {}
+    _add_part(viewer["board/board"], look.BOARD._replace(X=X_WB @ look.BOARD.X))
+    for signal, name in signals.items():
+        part, places = look.HELD[signal], look.BOARD_PLACE + look.on_board(data[name].values)
+        _add_part(viewer[f"board/{part.name}/solid"], part)
+        poses[f"board/{part.name}"] = _poses(places, np.ones(len(places)))
+    return poses
 
 
 def _add_trail(viewer: meshcat.Visualizer, tool: Array) -> Poses:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -21,7 +22,8 @@ from pydrake.systems.framework import Diagram
 from scara_drake.common import checks
 from scara_drake.common.finite import naming_nan
 from scara_drake.diagram import make_diagram
-from scara_drake.display.controls import StopButton
+from scara_drake.display.camera import show_whole
+from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.recordings.dataset import BY_DURATION
 from scara_drake.recordings.files import load_recording
 from scara_drake.recordings.journal import Journal
@@ -29,6 +31,7 @@ from scara_drake.recordings.recorder import drain, metadata
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.progress import ProgressLine
+from scara_drake.wiring.show import show_robot
 
 # Simulated time between two looks at the log, the Stop button and the clock.
 BLOCK = 0.1  # [s]
@@ -92,8 +95,8 @@ def simulate(
     If the run fails, what was recorded is kept in a journal, which the error names.
 
     Drake does not free a Diagram that has systems written in Python: each call leaves about 2 MB in
-    the process. A study of thousands of runs should renew its processes, such as by
-    ``max_tasks_per_child`` of ``concurrent.futures.ProcessPoolExecutor``.
+    the process. A study of thousands of runs should renew its processes, as the search for gains
+    does, by ``max_tasks_per_child`` of ``concurrent.futures.ProcessPoolExecutor``.
 
     Args:
         scenario: from `load_scenario`; it is not changed.
@@ -169,6 +172,7 @@ def run_into(
     journal.begin(description, max(stop for _, stop in description["columns"].values()))
     with (
         StopButton(meshcat) as stop,
+        OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
         ProgressLine(scenario.name, scenario.duration, progress) as line,
         nullcontext(signals) if signals else DeferredInterrupt() as interrupt,
         _closing(diagram),
@@ -189,6 +193,7 @@ def run_into(
                 paced = now - edge / realtime_rate
                 late += 1
             line.show(edge, edge / (now - start))
+            overview.follow()
             if edge < scenario.duration and (interrupt.pressed or stop.pressed()):
                 ended_by = interrupt.reason() or "stop button"
                 break

@@ -18,6 +18,8 @@ from scara_drake.tuning.cost import Cost, Figures
 
 # A scenario, its cost, and whether a failure of the run is an error.
 Task = tuple[Scenario, Cost, bool]
+# Each run leaves 2 MB in its process, see `simulate`.
+RUNS_PER_PROCESS = 50
 Simulators = Callable[[list[Task]], Iterable[Figures | None]]
 
 
@@ -28,7 +30,9 @@ def simulators(jobs: int) -> Iterator[Simulators]:
         yield lambda tasks: map(simulate_task, tasks)
         return
     processes = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, processes, _leave_interrupts) as pool:
+    with ProcessPoolExecutor(
+        jobs, processes, _leave_interrupts, max_tasks_per_child=RUNS_PER_PROCESS
+    ) as pool:
         try:
             yield lambda tasks: pool.map(simulate_task, tasks)
         finally:

@@ -29,8 +29,7 @@ def link_signals(link: System, direction: str) -> Signals:
     names = {
         "delay": f"delay_{direction}",
         "age_of_information": f"age_{direction}",
-        "packets_sent": f"packets_sent_{direction}",
-        "packets_lost": f"packets_lost_{direction}",
+        "packet_counts": f"packet_counts_{direction}",
     }
     return {names[name]: port for name, port in outputs(link) if name in names}
 

@@ -28,6 +28,21 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+COMMAND_TICKS = 3  # master, uplink and slave, to the command that the kinematics reads
+FORCE_TICKS = 3  # slave, downlink and master, from the force of the contact to that of the device
+DEVICE_TICKS = 1  # until that force has moved the device
+
+
+def own_latency(scenario: Scenario) -> float:
+    """Return the delay [s] that the loop has there and back beside that of its channel.
+
+    A tick for each block that a signal crosses, and the lag 2 / bandwidth of the limiter of the
+    commands, which is the larger part. A coupling that is not passive has to bear it, too.
+    """
+    ticks = COMMAND_TICKS + FORCE_TICKS + DEVICE_TICKS
+    return ticks * scenario.time_step + 2.0 / scenario.inverse_kinematics.bandwidth
+
+
 def add_bilateral(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, OutputPort
-from pydrake.systems.primitives import Adder
 
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.contact_estimate import ContactForceEstimator
 from scara_drake.control.contract import make_controller
 from scara_drake.control.effort_limit import EffortLimit
+from scara_drake.plant.joint_forces import JointForces
 from scara_drake.wiring import Signals, chain, connect_by_name, outputs, plant_of
 from scara_drake.wiring.operators import first_reference
 
@@ -110,18 +110,24 @@ def add_drives(
 def add_forces(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
-    """Lead the sum of the forces on the joints, beside those of the drives, to the plant."""
+    """Lead the forces on the joints, beside those of the drives, to the plant.
+
+    Forces from outside come by two inputs of the Diagram, zero where they are not connected:
+    `applied_generalized_force` and `applied_spatial_force`.
+    """
     plant = plant_of(builder)
-    names = ("generalized_force", "friction_force")
-    forces = [signals[name] for name in names if name in signals]
+    forces: Signals = {
+        name: signals[name] for name in ("generalized_force", "friction_force") if name in signals
+    }
     if scenario.perturbation is not None:
-        source = scenario.perturbation.make_system()
-        forces.append(builder.AddNamedSystem("perturbation", source).get_output_port())
-    if len(forces) > 1:
-        total = builder.AddNamedSystem("joint_forces", Adder(len(forces), 6))
-        for index, force in enumerate(forces):
-            builder.Connect(force, total.get_input_port(index))
-        forces = [total.get_output_port()]
+        source = builder.AddNamedSystem("perturbation", scenario.perturbation.make_system())
+        forces["perturbation_force"] = source.get_output_port()
+    outside = plant.get_applied_generalized_force_input_port()
     if forces:
-        builder.Connect(forces[0], plant.get_applied_generalized_force_input_port())
+        total = builder.AddNamedSystem("joint_forces", JointForces())
+        connect_by_name(builder, total, forces)
+        builder.Connect(total.get_output_port(), outside)
+        outside = total.GetInputPort("applied_generalized_force")
+    builder.ExportInput(outside, "applied_generalized_force")
+    builder.ExportInput(plant.get_applied_spatial_force_input_port(), "applied_spatial_force")
     return signals

@@ -25,6 +25,7 @@ from scara_drake.wiring import Signals, chain, link_signals, outputs
 if TYPE_CHECKING:
     from scara_drake.operator.devices import Device
     from scara_drake.operator.joystick import Joystick
+    from scara_drake.operator.mapping import JoystickMapping
     from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -35,12 +36,43 @@ def add_joystick(
 ) -> Signals:
     """Add the operator's side, the channel both ways and the inverse kinematics."""
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
-    period, command = scenario.time_step, operator.first_command()
     device = operator.open_device()
-    _say_who_commands(operator, device)
-    joystick = builder.AddNamedSystem("joystick", operator.make_source(device))
-    mapping = builder.AddNamedSystem("mapping", JoystickToPose(operator.mapping, period))
-    link = scenario.channel.link("up")
+    source = operator.make_source(device)
+    _say_who_commands(source.device_name, device is None and operator.device == "auto")
+    joystick = builder.AddNamedSystem("joystick", source)
+    signals = signals | dict(outputs(joystick))
+    signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
+    return add_remote(builder, scenario, operator.first_command(), q_start, signals, device)
+
+
+def add_mapping(
+    builder: DiagramBuilder, mapping: JoystickMapping, period: float, signals: Signals
+) -> Signals:
+    """Add what turns `joystick_axes` into `tool_command`."""
+    system = builder.AddNamedSystem("mapping", JoystickToPose(mapping, period))
+    builder.Connect(signals["joystick_axes"], system.get_input_port())
+    return signals | dict(outputs(system))
+
+
+def add_remote(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    command: Array,
+    q_start: Array,
+    signals: Signals,
+    device: Device | None = None,
+) -> Signals:
+    """Add what `tool_command` passes up to the references, and the force back to the device.
+
+    Args:
+        builder: of the Diagram.
+        scenario: of it.
+        command: (8,) the first one, from which the channel starts.
+        q_start: (6,) where the arm starts.
+        signals: so far.
+        device: which haptics shake, if there is one.
+    """
+    period, link = scenario.time_step, scenario.channel.link("up")
     uplink = builder.AddNamedSystem(
         "uplink", link.make_system(command, period, scenario.seed_of("uplink"))
     )
@@ -49,15 +81,12 @@ def add_joystick(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, command, q_start, seed, period),
     )
-    builder.Connect(joystick.GetOutputPort("joystick_axes"), mapping.get_input_port())
-    builder.Connect(mapping.get_output_port(), uplink.get_input_port())
+    builder.Connect(signals["tool_command"], uplink.get_input_port())
     received = uplink.GetOutputPort("signal_received")
-    watched = _add_watch(builder, scenario, uplink)
+    watched = _add_watch(builder, scenario, uplink, command)
     builder.Connect(watched.get("tool_command_watched", received), kinematics.get_input_port())
     made = {
         **watched,
-        **dict(outputs(joystick)),
-        **dict(outputs(mapping)),
         **dict(outputs(kinematics)),
         "tool_command_received": received,
         **link_signals(uplink, "up"),
@@ -67,22 +96,21 @@ def add_joystick(
     return signals | made
 
 
-def _say_who_commands(operator: Joystick, device: Device | None) -> None:
-    """Say which device is in use, as "auto" leaves that open."""
-    name = f"trace {operator.trace_path().name}" if device is None else device.name
-    absent = device is None and operator.device == "auto"
+def _say_who_commands(name: str, absent: bool) -> None:
+    """Say what the axes come from, as "auto" leaves that open, and that no joystick was there."""
     logging.getLogger(__name__).info(
         "Operator: %s%s", name, ", as no joystick is plugged in" if absent else ""
     )
 
 
-def _add_watch(builder: DiagramBuilder, scenario: Scenario, uplink: System) -> Signals:
+def _add_watch(
+    builder: DiagramBuilder, scenario: Scenario, uplink: System, command: Array
+) -> Signals:
     """Watch over the command where the scenario asks for it; return what it shows."""
     config = scenario.channel.watch
     if config is None:
         return {}
-    first = scenario.operator.first_command()  # type: ignore[union-attr]  # of a joystick
-    watch = builder.AddNamedSystem("watch", config.make_system(first, scenario.time_step))
+    watch = builder.AddNamedSystem("watch", config.make_system(command, scenario.time_step))
     for port, name in (
         ("signal_received", "tool_command"),
         ("age_of_information", "age"),

@@ -16,11 +16,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.common import checks
 from scara_drake.ik.system import FOLLOWERS, first_answer
+from scara_drake.operator.external import External
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.master import Master
 from scara_drake.wiring import Signals
 from scara_drake.wiring.bilateral import add_bilateral
+from scara_drake.wiring.external import add_external
 from scara_drake.wiring.joint_motion import add_joint_motion
 from scara_drake.wiring.joystick import add_joystick
 
@@ -132,7 +134,7 @@ def _at_motion_start(scenario: Scenario) -> Array:
 
 def _no_device(scenario: Scenario) -> None:
     if scenario.kinesthetic is not None:
-        raise ValueError("kinesthetic: set, allowed with a Joystick only")
+        raise ValueError("kinesthetic: set, allowed with a Joystick or an External only")
 
 
 def _check_master(scenario: Scenario) -> None:
@@ -156,6 +158,13 @@ NEEDS_MASTER = "a coupling needs 'operator: !Master {}', as in the scenario bila
 OPERATORS: dict[type, OperatorWiring] = {
     Joystick: OperatorWiring(
         add_joystick,
+        _at_first_command,
+        _anything_goes,
+        answer=_answer_to_first_command,
+        unused={"coupling": NEEDS_MASTER},
+    ),
+    External: OperatorWiring(
+        add_external,
         _at_first_command,
         _anything_goes,
         answer=_answer_to_first_command,

@@ -23,6 +23,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Of the plant, beside its state: for cameras, rewards and sensors of one's own.
+SHOWN = (
+    "body_poses",
+    "body_spatial_velocities",
+    "body_spatial_accelerations",
+    "contact_results",
+    "reaction_forces",
+    "net_actuation",
+)
+
 
 def add_plant(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
@@ -37,6 +47,8 @@ def add_plant(
     plant.Finalize()
     plant.SetDefaultPositions(q_start)
     made: Signals = {"state": plant.get_state_output_port()}
+    made |= {name: plant.GetOutputPort(name) for name in SHOWN}
+    made["query_object"] = scene_graph.get_query_output_port()
     if scenario.environment.surfaces:
         contact = builder.AddNamedSystem(
             "contact", ImpedanceContact(scenario.environment, scenario.time_step, shapes)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, SceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from scara_drake.common.block import Block
+from scara_drake.display.camera import set_camera
 from scara_drake.display.scene import add_visualization
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
@@ -17,7 +20,16 @@ if TYPE_CHECKING:
     from scara_drake.ik.result import IkResult
     from scara_drake.scenario import Scenario
 
-DRAWN = ("state", "X_WE_desired", "f_env_on_tool_W", "device_connected")
+Array = NDArray[np.float64]
+
+DRAWN = (
+    "state",
+    "X_WE_desired",
+    "f_env_on_tool_W",
+    "device_connected",
+    "motion_master",
+    "hand_target",
+)
 
 
 def add_export(
@@ -54,11 +66,27 @@ def add_scene(
     """Draw the plant, and what belongs to it that is no body."""
     plant, scene_graph = plant_of(builder), builder.GetSubsystemByName("scene_graph")
     annotations = add_visualization(
-        builder, plant, cast(SceneGraph, scene_graph), meshcat, scenario.environment
+        builder,
+        plant,
+        cast(SceneGraph, scene_graph),
+        meshcat,
+        scenario.environment,
+        places=places(scenario),
     )
     for name in DRAWN:
         if name in signals:
             builder.Connect(signals[name], annotations.GetInputPort(name))
+
+
+def places(scenario: Scenario) -> Array:
+    """Return the places (n, 3) [m] of a motion that is known beforehand, to be in the picture."""
+    known = getattr(scenario.operator, "places", lambda duration: ())(scenario.duration)
+    return np.reshape(known, (-1, 3))
+
+
+def show_robot(meshcat: Meshcat, scenario: Scenario) -> None:
+    """Turn the camera to where the robot of a scenario works."""
+    set_camera(meshcat, scenario.environment, places(scenario))
 
 
 def device_name(signals: Signals) -> str:

@@ -45,6 +45,8 @@ def numbers(spec: Spec) -> st.SearchStrategy[float]:
     """Numbers within the bounds of a field, the bounds among them."""
     low = spec.low if math.isfinite(spec.low) else -FAR
     high = spec.high if math.isfinite(spec.high) else FAR
+    if float(high) > high:  # a whole number that no float is
+        high = math.nextafter(float(high), 0.0)
     return st.one_of(st.sampled_from([low, high]), st.floats(low, high))
 
 
@@ -83,9 +85,9 @@ NASTY = (
 
 def bomb(levels: int) -> str:
     """A short text whose aliases write out to 10 ** levels entries."""
-    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
-    lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, levels)]
-    return "\n".join([*lines, f"duration: *a{levels - 1}"])
+    nested = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
+    nested += [f"&a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, levels)]
+    return f"description: [{', '.join(nested)}]"
 
 
 @st.composite

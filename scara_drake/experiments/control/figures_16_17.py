@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from scara_drake import metrics
+from scara_drake import metrics, robot
 from scara_drake.experiments.claim import Claim, Criterion, Experiment, at_least, within
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.recordings.labels import labelled
@@ -27,11 +27,14 @@ PAPER_ERROR = quantity(2.0, "mm")
 K, C, RHO = 150.0, 50.0, 300.0  # Table 11, joint 1 [1/s], [1/s], [N]
 HEAVIER = 1.3
 MAST_IN_MM: Final[dict[str, Any]] = {"controller.mode": ["paper"] + ["normalised"] * 5}
+OTHER_MASSES: Final = {"masses 30 % up": HEAVIER, "masses 30 % down": 2.0 - HEAVIER}
 RUNS: Final[dict[str, dict[str, Any]]] = {
     "normalised": {},
     "mm and N": MAST_IN_MM,
     "mm and N, masses 30 % up": {**MAST_IN_MM, "robot.mass_scale": HEAVIER},
+    **{name: {"robot.mass_scale": scale} for name, scale in OTHER_MASSES.items()},
 }
+IN_MM = list(RUNS)[1:3]
 
 
 def run(seed: int = 0, duration: float = 8.0) -> Experiment:
@@ -47,7 +50,7 @@ def run(seed: int = 0, duration: float = 8.0) -> Experiment:
         )
         for changes in RUNS.values()
     ]
-    expected = [0.0, hanging(MASS), hanging(HEAVIER * MASS)]
+    expected = [0.0, hanging(MASS), hanging(HEAVIER * MASS), 0.0, 0.0]
     dims = ("run", "time")
 
     def stacked(name: str, units: str, long_name: str) -> xr.Variable:
@@ -76,8 +79,9 @@ def claims(data: xr.Dataset) -> list[Claim]:
     """Judge the figures; see `run` for the data."""
     error = data.q_desired - data.q_measured
     still = metrics.steady_state(error, REST)
-    plain, raw, heavy = (1e3 * float(still.sel(run=name)) for name in RUNS)
+    plain, raw, heavy = (1e3 * float(still.sel(run=n)) for n in ("normalised", *IN_MM))
     nominal = quantity(abs(plain), "mm", "with the nominal inertia")
+    others = quantity({name: abs(1e3 * float(still.sel(run=name))) for name in OTHER_MASSES}, "mm")
     return [
         _followed(1e3 * metrics.peak(error.sel(time=slice(START, None)))),
         _steady(data, quantity(raw, "mm", "in mm and N"), nominal),
@@ -85,11 +89,17 @@ def claims(data: xr.Dataset) -> list[Claim]:
         Claim(
             "ISMC makes up for dynamics that it does not know",
             "no information on the dynamics needed",
-            nominal,
-            Criterion("below 0.01 mm at rest", abs(plain) < 0.01),
+            (nominal, others),
+            Criterion(
+                "below 0.01 mm at rest with masses 30 % up and down too (in kind: with the nominal "
+                "ones)",
+                abs(plain) < 0.01 and max(np.abs(others.values)) < 0.01,
+                abs(plain) < 0.01,
+            ),
             f"The integral of s holds the {float(data.tau.sel(run='normalised')[-1]):.0f} N of "
-            "weight, which the law is not told; in mm and N it cannot, as its part is bounded by "
-            f"rho = {RHO:g} N.",
+            f"weight, which the law is not told; in mm and N its part is bounded by rho = {RHO:g} "
+            f"N. But m_hat, {float(robot.nominal_inertias()[0]):.1f} kg, is the mast's true mass: "
+            "the other masses are what tells.",
         ),
         _not_given(data),
     ]
@@ -128,7 +138,7 @@ def _steady(data: xr.Dataset, raw: Quantity, nominal: Quantity) -> Claim:
 
 
 def _weight(data: xr.Dataset, still: xr.DataArray, shown: dict[str, float]) -> Claim:
-    hung = list(RUNS)[1:]
+    hung = IN_MM
     ratio = still.sel(run=hung) / data.expected_error.sel(run=hung)
     wanted = [1e3 * float(data.expected_error.sel(run=name)) for name in hung]
     raw, heavy = shown.values()

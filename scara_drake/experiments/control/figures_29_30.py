@@ -179,10 +179,15 @@ def _error(data: xr.Dataset) -> xr.DataArray:
 
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge each statement by the readings that suit it; see `run` for the data."""
+    return figures_29_30_claims.claims(figures_of_merit(data))
+
+
+def figures_of_merit(data: xr.Dataset) -> xr.Dataset:
+    """What the statements are judged by (reading, controller); see `run` for the data."""
     alone = data.sel(reading=ALONE, controller=PLAIN, time=slice(START, None))
     error = alone.q_desired - alone.q_measured
     waves = {"size_correlation": np.sin, "rate_correlation": np.cos}  # of a perturbation
-    found = xr.Dataset(
+    return xr.Dataset(
         {
             "largest": largest_error(data),
             "share": error_in_window(data),
@@ -191,4 +196,3 @@ def claims(data: xr.Dataset) -> list[Claim]:
             **{n: abs(xr.corr(error, wave(alone.time + math.pi / 4))) for n, wave in waves.items()},
         }
     )
-    return figures_29_30_claims.claims(found)

@@ -17,6 +17,7 @@ INDEX = joints.JOINT_NAMES.index(JOINT)
 PLAIN, HARD = "ISMC", "SMC, high gain"
 HIGH = 700.0  # gain of the SMC in Table 10
 ALONE = "B alone"
+AS_PUBLISHED = ("A", "B", "C")  # readings with the paper's numbers, on the whole arm
 SINE = (0.7854, 1.25)  # of the reference of joint 2 in joint_sine [rad], [rad/s]
 PEAK = math.sqrt(2.0) * AMPLITUDE
 
@@ -82,10 +83,12 @@ def _satisfactory(
         (errors, f"within: {_names(good)}", f"lost: {_names(lost)}"),
         Criterion(
             f"within {allowed:.1f} mrad, {100 * SATISFACTORY:g} % of the amplitude, by one of the "
-            "readings",
+            "readings with the paper's numbers on the arm (in kind: by any)",
+            _published(good),
             bool(good),
         ),
-        f"A puts up to {AMPLITUDE:g} ms into the loop, where the error reaches {delayed:.2g} rad. "
+        f"With the paper's numbers the arm errs by {_published_errors(largest)}. A puts up "
+        f"to {AMPLITUDE:g} ms into the loop, where the error reaches {delayed:.2g} rad. "
         f"B asks {1e-3 * needed:.0f} kN m of a drive of {1e-3 * joints.EFFORT[INDEX]:.0f} kN m.",
     )
 
@@ -96,9 +99,9 @@ def _errs_more(ratios: Quantity, good: list[str], worse: list[str], soft: Quanti
         "higher errors",
         (ratios, f"at least {TIMES_WORSE:g} times: {_names(worse)}"),
         Criterion(
-            f"at least {TIMES_WORSE:g} times the error where ISMC is satisfactory (in kind: "
-            "anywhere)",
-            any(name in good for name in worse),
+            f"at least {TIMES_WORSE:g} times the error where ISMC is satisfactory, by a reading "
+            "with the paper's numbers on the arm (in kind: by any)",
+            _published([name for name in worse if name in good]),
             bool(worse),
         ),
         f"SMC with the gain of ISMC errs by: {soft}.",
@@ -127,8 +130,9 @@ def _lags(data: xr.Dataset, readings: list[str], dragged: list[str], alike: list
         ),
         Criterion(
             f"a lag of {1e3 * LAG:.0f} ms and an undershoot of {1e2 * UNDERSHOOT:.0f} % that ISMC "
-            "has not (in kind: one of them, and ISMC may have it too)",
-            bool(dragged),
+            "has not, by a reading with the paper's numbers on the arm (in kind: one of them, by "
+            "any reading, and ISMC may have it too)",
+            _published(dragged),
             bool(alike),
         ),
         "There ISMC lags by "
@@ -144,7 +148,9 @@ def _window(data: xr.Dataset, shares: Quantity, seen: list[str]) -> Claim:
         "certain errors in that window",
         (shares, f"in that window: {_names(seen)}"),
         Criterion(
-            f"at least {TIMES_WORSE:g} times as large inside, and above 0.1 % of the amplitude",
+            f"at least {TIMES_WORSE:g} times as large inside, and above 0.1 % of the amplitude, by "
+            "a reading with the paper's numbers on the arm (in kind: by any)",
+            _published(seen),
             bool(seen),
         ),
         f"zeta + d has its trough of -{PEAK:.0f} at {trough:.2f} s, but a peak of {PEAK:.0f} at "
@@ -152,6 +158,16 @@ def _window(data: xr.Dataset, shares: Quantity, seen: list[str]) -> Claim:
         f"by {float(data.size_correlation):.2f} with the perturbation, by "
         f"{float(data.rate_correlation):.2f} with its rate.",
     )
+
+
+def _published(readings: list[str]) -> bool:
+    return any(name in AS_PUBLISHED for name in readings)
+
+
+def _published_errors(largest: xr.DataArray) -> Quantity:
+    own = largest.sel(controller=PLAIN)
+    known = [name for name in AS_PUBLISHED if name in own.reading.values]
+    return _listed(own, known, "rad")
 
 
 def _listed(values: xr.DataArray, readings: list[str], unit: str, label: str = "") -> Quantity:

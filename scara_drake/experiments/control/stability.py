@@ -140,9 +140,9 @@ def _no_reaching(data: xr.Dataset) -> Claim:
             begins and stays,
             begins and returns,
         ),
-        "s = phi D / (b rho) is what meets a perturbation. joint_sine starts with a step of the "
-        f"velocity, for which k sigma asks for more than some drives have; out of the layer come: "
-        f"{leaving}.",
+        "s(0) = 0 holds by assignment, z(0) = sigma(0), for any start; that s stays small is what "
+        "is measured. s = phi D / (b rho) meets a perturbation. joint_sine starts with a step "
+        f"of the velocity; out of the layer come: {leaving}.",
     )
 
 
@@ -188,9 +188,11 @@ def _tracks(data: xr.Dataset) -> Claim:
             bool(((tracked.peak <= allowed) & tracked.stable).all()),
             bool(tracked.stable.all()),
         ),
-        f"There the others err by {_others(data, names)} mm or mrad: inside its layer ISMC is a "
-        f"PID. All variations, those of drives and sensors included: {_counts(data)}; ISMC is lost "
-        f"in {', '.join(lost) or 'none'}.",
+        "m_hat itself comes from the true mass matrix of the nominal robot, so what carries this "
+        f"are the {len(names)} payloads and link masses. There the others err by "
+        f"{_others(data, names)} mm or mrad: inside its layer ISMC is a PID. All variations, those "
+        f"of drives and sensors included: {_counts(data)}; ISMC is lost in "
+        f"{', '.join(lost) or 'none'}.",
     )
 
 

@@ -7,6 +7,7 @@ the paper's times within 3 %. Both laws have phi = 1 here, its sat(s) without a 
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -61,13 +62,14 @@ def run(seed: int = 0, duration: float = 12.0) -> Experiment:
     ]
     joined = xr.concat(runs, xr.IndexVariable("law", list(GAINS))).rename(case="disturbance")
     time_dims, dims = ("law", "disturbance", "time"), ("law", "disturbance")
-    x, u = (joined[name].transpose(*time_dims) for name in ("x", "u"))
+    x, s, u = (joined[name].transpose(*time_dims) for name in ("x", "s", "u"))
     columns = {
         "rise_time": (metrics.rise_time(x), "s", "0 to 90 %"),
         "settling_time": (metrics.settling_time(x, band=BAND), "s", "into 1 %; NaN: never"),
         "steady_error": (metrics.steady_state(1.0 - x), "m", "mean error of the last tenth"),
         "late_error": (late_error(x), "m", "largest error of the last tenth"),
         "iae": (metrics.iae(1.0 - x), "m s", "integral of the absolute error"),
+        "largest_s": (metrics.peak(s), "m/s", "largest |s|"),
         "largest_effort": (metrics.peak(u), "m/s^2", "largest effort"),
         "effort_variation": (metrics.total_variation(u), "m/s^3", "variation of the effort"),
     }
@@ -125,15 +127,25 @@ def claims(data: xr.Dataset) -> list[Claim]:
 
 
 def _ismc(times: xr.DataArray, what: str, paper: Quantity) -> Claim:
-    of = times.sel(law="ISMC")
+    of = times.sel(law="ISMC").fillna(np.inf)
     plain = _seconds(of.sel(disturbance="none"), "without disturbance")
-    worst = _seconds(of.fillna(np.inf).max(), "under the worst disturbance")
+    under = quantity(
+        {name: float(of.sel(disturbance=name)) for name in _disturbed(of)}, "s", missing="never"
+    )
+    wanted = paper.values[0]
+    off = 1e2 * abs(of / wanted - 1.0)
     return Claim(
         f"ISMC with the gain 50 {what}",
         paper,
-        (plain, worst),
-        Criterion("within 3 % without disturbance", within(plain, 0.03)),
-        "With c = 1 the sliding motion alone takes that long.",
+        (plain, under),
+        Criterion(
+            "within 3 % under each of the disturbances (in kind: without one)",
+            (within(under, 0.03), within(plain, 0.03)),
+            within(plain, 0.03),
+        ),
+        "The paper compares under an external disturbance that it does not state. Without one ours "
+        f"is {float(off.sel(disturbance='none')):.1f} % off, with one up to {float(off.max()):.1f} "
+        f"%; beyond 3 % under: {_where(off.drop_sel(disturbance='none') > 3.0)}.",
     )
 
 
@@ -203,9 +215,9 @@ def _first(times: xr.DataArray) -> Claim:
         PAPER_SETTLING,
         tuple(pairs),
         Criterion(
-            "in the paper's order under every disturbance (in kind: under some)",
+            "in the paper's order under every disturbance (in kind: under most)",
             rules,
-            AnyOf(rules),
+            AnyOf(tuple(combinations(rules, len(rules) // 2 + 1))),
         ),
         f"Not in that order under: {'; '.join(late) or 'none'}. The disturbance decides the order.",
     )
@@ -242,7 +254,8 @@ def _sliding(data: xr.Dataset) -> Claim:
             f"within 3 % of ln 100 = {SETTLING:.3f} s",
             abs(rise / RISE - 1.0) <= 0.03 and abs(settling / SETTLING - 1.0) <= 0.03,
         ),
-        "The integral has s at zero from the first sample on, so that e' = -c e is all the motion.",
+        f"|s| stays below {_up(float(plain.largest_s))} m/s from the first sample on, so that "
+        "e' = -c e is nearly all the motion.",
         OURS,
     )
 
@@ -260,6 +273,12 @@ def _by_law(values: xr.DataArray, law: str, what: str) -> Quantity:
     unit, label = what.split(", ")
     by_name = {str(name): float(values.sel(disturbance=name)) for name in values.disturbance.values}
     return quantity(by_name, unit, f"{law}, {label}")
+
+
+def _up(value: float) -> str:
+    """A number rounded up to two digits."""
+    digit = 10.0 ** (np.floor(np.log10(value)) - 1.0) if value > 0.0 else 1.0
+    return f"{np.ceil(value / digit) * digit:.2g}"
 
 
 def _seconds(value: xr.DataArray, label: str) -> Quantity:

@@ -148,12 +148,7 @@ def run(
         "the force rests in the steady part, and nothing but the hand moves the device",
     )
     data["transparency_error"], data["z_width"] = _transparency(
-        couplings,
-        presets,
-        np.all(stable, axis=2),
-        seed,
-        sweep_duration,
-        jobs,
+        couplings, presets, np.all(stable, axis=2), seed, sweep_duration, jobs
     )
     coordinates = {"coupling": list(couplings), "preset": list(presets), "case": list(cases)}
     attributes = {"seed": seed, "scenario": SCENARIO, "loss": LOSS}

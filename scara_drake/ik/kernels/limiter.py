@@ -79,7 +79,7 @@ limits_of = LIMITS.reader()
 
 
 @njit(cache=True)
-def _turn(quaternion: Array, w: Array, dt: float) -> None:
+def turn(quaternion: Array, w: Array, dt: float) -> None:
     """Turn a unit quaternion (w, x, y, z) by the rotation w dt expressed in W, in place."""
     angle = dt * np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
     c, s = np.cos(0.5 * angle), 0.5 * dt * np.sinc(0.5 * angle / np.pi)
@@ -156,7 +156,7 @@ def follow_command(tool_command: Array, servo_state: Array, settings: Array, lim
     limit_motion(error, now.w, s.max_turn_rate, s.max_turn_acceleration, bandwidth, dt)
     for i in range(3):
         now.p[i] += dt * now.v[i]
-    _turn(now.quaternion, now.w, dt)
+    turn(now.quaternion, now.w, dt)
     return cut
 
 

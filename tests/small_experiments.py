@@ -1,0 +1,41 @@
+"""The experiments at a size for tests, each run once in a process."""
+
+from functools import cache
+from typing import Any
+
+from scara_drake.experiments import EXPERIMENTS, Experiment
+
+SMALL: dict[str, dict[str, Any]] = {
+    "table_6": {"starts": 6},
+    "table_8": {"draws": 6},
+    "figures_8_9": {"draws": 6},
+    "table_9": {"paths": 3},
+    "figures_10_11": {"paths": 3},
+    "figures_12_15": {"paths": 4},
+    "orientation_drift": {"paths": 6},
+    "figure_22": {"duration": 1.8},
+    "figures_20_27": {"duration": 4.0},
+    "figure_28": {"duration": 19.0},
+    "equivalent_control": {"duration": 1.5},
+    "figures_29_30": {"duration": 5.0},
+    "stability": {
+        "postures": 4,
+        "every": 400,
+        "duration": 1.2,
+        "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
+    },
+    "couplings": {
+        "couplings": ("direct", "TDPA"),
+        "presets": ("5 ms",),
+        "times": (0.1, 0.2, 0.4, 0.5),
+        "duration": 0.7,
+        "sweep_duration": 0.0,
+    },
+    "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
+}
+
+
+@cache
+def small(name: str) -> Experiment:
+    """Return an experiment of that size, with the seed 0."""
+    return EXPERIMENTS[name](seed=0, **SMALL.get(name, {}))
