@@ -1,27 +1,30 @@
-"""A Diagram made into one compiled function, kept on disk from process to process."""
+"""A Diagram made into one compiled function, kept on disk from process to process.
+
+The function calls the kernels of the blocks by their addresses. So a kernel is compiled once, for
+Drake, the engine and all Diagrams together, and what is compiled anew for a Diagram is short.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
-from numba import njit
+from numba import float64, int64, njit, types, typeof
 from numpy.typing import NDArray
 
-import scara_drake
 from scara_drake.common.block import ENABLED, Declaration
 from scara_drake.common.files import write_whole
 from scara_drake.common.finite import all_finite
-from scara_drake.engine.dynamics import plant_step, set_efforts
+from scara_drake.engine.dynamics import set_efforts
 from scara_drake.engine.graph import Graph
-from scara_drake.engine.source import Source, source_of
-from scara_drake.engine.watch import any_link_near
+from scara_drake.engine.source import source_of
+from scara_drake.engine.writer import FIXED, Source
 
 Array = NDArray[np.float64]
 
@@ -40,19 +43,19 @@ def put_all(vector: Array, copy: Array) -> None:
         copy[i] = vector[i]
 
 
-# What this process has compiled or loaded, by its mark.
-_COMPILED: dict[str, Callable[..., int]] = {}
 NO_FORCE = np.zeros(6)
+# What the text calls beside the kernels: short, so it becomes part of it.
 SCOPE: dict[str, Any] = {
     "ENABLED": ENABLED,
     "all_finite": all_finite,
-    "any_link_near": any_link_near,
     "no_force": NO_FORCE,
-    "plant_step": plant_step,
     "put": put,
     "put_all": put_all,
     "set_efforts": set_efforts,
 }
+# What this process has compiled or loaded, by its mark.
+_COMPILED: dict[str, Callable[..., int]] = {}
+_COMPILING = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -71,10 +74,18 @@ class Program:
 
     def buffers(self) -> dict[str, Any]:
         """Return new buffers with their first values, and the parameters, by their names."""
-        return {
-            name: first_value(self.graph.nodes[node].declaration, of)
-            for name, (node, of) in self.source.arguments.items()
-        }
+        return _first_values(self.graph, self.source)
+
+    def kernels(self) -> list[Any]:
+        """Return the kernels, the last arguments of the function."""
+        return [kernel for kernel, _ in self.source.kernels.values()]
+
+
+def _first_values(graph: Graph, source: Source) -> dict[str, Any]:
+    return {
+        name: first_value(graph.nodes[node].declaration, of)
+        for name, (node, of) in source.arguments.items()
+    }
 
 
 def first_value(declaration: Declaration, name: str) -> Any:
@@ -112,41 +123,42 @@ def program_of(graph: Graph, period: float, folder: Path) -> Program:
         NotCompilableError: a part of it can only run in Drake; names it.
     """
     source = source_of(graph, period)
-    return Program(graph, source, _compiled(source, folder))
+    with _COMPILING:  # threads that build the same function wait for the first
+        return Program(graph, source, _compiled(graph, source, folder))
 
 
-def _compiled(source: Source, folder: Path) -> Callable[..., int]:
+def _compiled(graph: Graph, source: Source, folder: Path) -> Callable[..., int]:
     """Compile a source; numba's cache is beside the file that it is written to.
 
-    The file's name is made of all that the machine code depends on, so that no other code is taken
-    for it. Functions of one name are linked to each other's code, so it is the function's too.
+    The file's name is made of all that its machine code depends on: its text, the types of what it
+    is passed, and the compiler. The kernels are no part of it, and have caches of their own.
     """
-    names = " ".join(
-        f"{name}={kernel.py_func.__module__}.{kernel.py_func.__qualname__}"
-        for name, kernel in source.kernels.items()
-    )
-    mark = hashlib.sha256(f"{code_digest()} {names} {source.text}".encode()).hexdigest()[:16]
-    text = source.text.replace("def advance(", f"def advance_{mark}(", 1)
+    known = {name: typeof(value) for name, value in _first_values(graph, source).items()}
+    known |= FIXED
+    kernels = {
+        name: types.FunctionType(_compile_kernel(kernel, [known.get(n, float64) for n in passed]))
+        for name, (kernel, passed) in source.kernels.items()
+    }
+    signature = int64(*(known[name] for name in (*FIXED, *source.arguments)), *kernels.values())
+    versions = f"{numba.__version__} {np.__version__}"
+    marked = hashlib.sha256(f"{versions} {signature} {source.text}".encode())
+    mark = marked.hexdigest()[:16]
     if mark in _COMPILED:
         return _COMPILED[mark]
     path = folder / f"advance_{mark}.py"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text)
-    scope = {**SCOPE, **source.kernels, "__name__": __name__}
-    exec(compile(text, path, "exec"), scope)
-    advance: Callable[..., int] = njit(cache=True, nogil=True, error_model="numpy")(
-        scope[f"advance_{mark}"]
-    )
+        write_whole(path, source.text.replace("def advance(", f"def advance_{mark}(", 1))
+    scope = {**SCOPE, "__name__": __name__}
+    exec(compile(path.read_bytes(), path, "exec"), scope)
+    advance: Callable[..., int] = njit(
+        signature, cache=True, nogil=True, error_model="numpy"
+    )(scope[f"advance_{mark}"])
     _COMPILED[mark] = advance
     return advance
 
 
-@cache
-def code_digest() -> str:
-    """Return a digest of the package's source and of the compiler."""
-    digest = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
-    package = Path(scara_drake.__file__).parent
-    for path in sorted(package.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+def _compile_kernel(kernel: Any, passed: list[types.Type]) -> Any:
+    """Compile a kernel, or load it from its cache; return its signature."""
+    kernel.compile(tuple(passed))
+    return kernel.overloads[tuple(passed)].signature

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from scara_drake.engine.dynamics import plant_step
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.order import memory_reads, update_order
+from scara_drake.engine.watch import any_link_near
 from scara_drake.engine.writer import AT_LIMIT, NEAR, Source, Writer
 
 
@@ -35,7 +37,9 @@ def source_of(graph: Graph, period: float) -> Source:
             w.line("break")
         _plant(w)
         _updates(w)
-        with w.block("if k % watch == 0 and any_link_near(segments, surfaces, arm, work, watch):"):
+        looked_at = ["segments", "surfaces", "arm", "work", "watch"]
+        near = w.run("any_link_near", any_link_near, looked_at)
+        with w.block(f"if k % watch == 0 and {near}:"):
             w.line(f"stop[0] = {NEAR}")
             w.line("break")
     w.line("cursor[0], cursor[1] = row, logged")
@@ -102,7 +106,7 @@ def _plant(w: Writer) -> None:
             w.call(node, node.declaration.sample, {})
         else:
             w.update(node, copies)
-    with w.block("if not plant_step(arm, work, state):"):
+    with w.block(f"if not {w.run('plant_step', plant_step, ['arm', 'work', 'state'])}:"):
         w.line(f"stop[0] = {AT_LIMIT}")
         w.line("return k")
     w.changed(STATE.node, *order)

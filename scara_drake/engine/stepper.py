@@ -67,6 +67,7 @@ class CompiledStepper:
         own = graph.plant.GetMyContextFromRoot(self._context)
         self._state = np.array(graph.plant.GetPositionsAndVelocities(own))
         self._buffers = self._program.buffers()
+        self._kernels = self._program.kernels()
         self._cursor = np.zeros(2 + len(self._program.source.slow), dtype=np.int64)
         self._stop = np.zeros(2, dtype=np.int64)
         self._tick = 0
@@ -104,6 +105,7 @@ class CompiledStepper:
                 *self._watched,
                 self._state,
                 *self._buffers.values(),
+                *self._kernels,
             )
             watch = self._after_stop()
         return times[: self._cursor[0]], records[: self._cursor[0]]

@@ -7,16 +7,28 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from numba import float64, int64, types
+
 from scara_drake.common.block import TIME, arguments_of
 from scara_drake.engine.errors import NotCompilableError
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 
 # Why the function came back before its last tick.
 DONE, NOT_FINITE, AT_LIMIT, NEAR = 0, 1, 2, 3
-FIXED = (
-    "first, count, last, duration, period, log_period, watch, "
-    "cursor, times, records, stop, arm, work, segments, surfaces, state"
-)
+_VECTOR, _ROWS, _WHOLE = float64[::1], float64[:, ::1], int64[::1]
+# The arguments before those of the blocks.
+FIXED: dict[str, types.Type] = {
+    **dict.fromkeys(("first", "count", "last"), int64),
+    **dict.fromkeys(("duration", "period", "log_period"), float64),
+    "watch": int64,
+    "cursor": _WHOLE,
+    "times": _VECTOR,
+    "records": _ROWS,
+    "stop": _WHOLE,
+    **dict.fromkeys(("arm", "work"), _VECTOR),
+    **dict.fromkeys(("segments", "surfaces"), _ROWS),
+    "state": _VECTOR,
+}
 
 
 @dataclass
@@ -25,7 +37,7 @@ class Source:
 
     Attributes:
         lines: of the function.
-        kernels: that it calls, by their names in it.
+        kernels: that it calls, by their names in it, each with the names of what it is passed.
         arguments: buffers and parameters behind `FIXED`, by name, in order: the node, and the name
             of the memory, the output, the input or the parameter.
         guards: what each guard against NaN looks at: the node and its inputs.
@@ -33,7 +45,7 @@ class Source:
     """
 
     lines: list[str] = field(default_factory=list)
-    kernels: dict[str, Any] = field(default_factory=dict)
+    kernels: dict[str, tuple[Any, list[str]]] = field(default_factory=dict)
     arguments: dict[str, tuple[str, str]] = field(default_factory=dict)
     guards: list[tuple[str, list[str]]] = field(default_factory=list)
     slow: list[str] = field(default_factory=list)
@@ -41,7 +53,7 @@ class Source:
     @property
     def text(self) -> str:
         """The function, as it is compiled."""
-        head = f"def advance({FIXED}, {', '.join(self.arguments)}):"
+        head = f"def advance({', '.join([*FIXED, *self.arguments, *self.kernels])}):"
         return "\n".join([head, *self.lines, ""])
 
 
@@ -101,11 +113,10 @@ class Writer:
             return "state"
         return self.argument(str(buffer), buffer.node, buffer.name)
 
-    def kernel(self, node: Node, kernel: Any) -> str:
-        """Return the name of a kernel in the text."""
-        name = f"{node.name}__{kernel.__name__}"
-        self.made.kernels[name] = kernel
-        return name
+    def run(self, name: str, kernel: Any, passed: list[str]) -> str:
+        """Return the text of the call of a kernel, by its name in the text."""
+        self.made.kernels[name] = (kernel, passed)
+        return f"{name}({', '.join(passed)})"
 
     def need(self, buffer: Buffer | None) -> None:
         """Write what computes an output, unless it stands in its buffer already."""
@@ -164,7 +175,7 @@ class Writer:
                 watched.append((name, passed[-1]))
         if watched:
             self._guard(node, watched)
-        self.line(f"{self.kernel(node, kernel)}({', '.join(passed)})")
+        self.line(self.run(f"{node.name}__{kernel.__name__}", kernel, passed))
 
     def _input(self, node: Node, name: str) -> str:
         buffer = node.reads[name]
