@@ -7,6 +7,7 @@ Drake, the engine and all Diagrams together, and what is compiled anew for a Dia
 from __future__ import annotations
 
 import hashlib
+import inspect
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,13 +16,12 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba import float64, int64, njit, types, typeof
+from numba import float64, int64, njit, typeof, types
 from numpy.typing import NDArray
 
 from scara_drake.common.block import ENABLED, Declaration
 from scara_drake.common.files import write_whole
 from scara_drake.common.finite import all_finite
-from scara_drake.engine.dynamics import set_efforts
 from scara_drake.engine.graph import Graph
 from scara_drake.engine.source import source_of
 from scara_drake.engine.writer import FIXED, Source
@@ -43,16 +43,9 @@ def put_all(vector: Array, copy: Array) -> None:
         copy[i] = vector[i]
 
 
-NO_FORCE = np.zeros(6)
 # What the text calls beside the kernels: short, so it becomes part of it.
-SCOPE: dict[str, Any] = {
-    "ENABLED": ENABLED,
-    "all_finite": all_finite,
-    "no_force": NO_FORCE,
-    "put": put,
-    "put_all": put_all,
-    "set_efforts": set_efforts,
-}
+SHORT: dict[str, Any] = {"all_finite": all_finite, "put": put, "put_all": put_all}
+SCOPE: dict[str, Any] = {"ENABLED": ENABLED, **SHORT}
 # What this process has compiled or loaded, by its mark.
 _COMPILED: dict[str, Callable[..., int]] = {}
 _COMPILING = threading.Lock()
@@ -141,7 +134,8 @@ def _compiled(graph: Graph, source: Source, folder: Path) -> Callable[..., int]:
     }
     signature = int64(*(known[name] for name in (*FIXED, *source.arguments)), *kernels.values())
     versions = f"{numba.__version__} {np.__version__}"
-    marked = hashlib.sha256(f"{versions} {signature} {source.text}".encode())
+    short = " ".join(inspect.getsource(function.py_func) for function in SHORT.values())
+    marked = hashlib.sha256(f"{versions} {short} {signature} {source.text}".encode())
     mark = marked.hexdigest()[:16]
     if mark in _COMPILED:
         return _COMPILED[mark]
@@ -151,9 +145,9 @@ def _compiled(graph: Graph, source: Source, folder: Path) -> Callable[..., int]:
         write_whole(path, source.text.replace("def advance(", f"def advance_{mark}(", 1))
     scope = {**SCOPE, "__name__": __name__}
     exec(compile(path.read_bytes(), path, "exec"), scope)
-    advance: Callable[..., int] = njit(
-        signature, cache=True, nogil=True, error_model="numpy"
-    )(scope[f"advance_{mark}"])
+    advance: Callable[..., int] = njit(signature, cache=True, nogil=True, error_model="numpy")(
+        scope[f"advance_{mark}"]
+    )
     _COMPILED[mark] = advance
     return advance
 

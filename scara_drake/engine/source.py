@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from scara_drake.engine.dynamics import plant_step
+from scara_drake.engine.dynamics import plant_step, set_efforts
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.order import memory_reads, update_order
 from scara_drake.engine.watch import any_link_near
@@ -96,7 +96,7 @@ def _plant(w: Writer) -> None:
     force = "no_force" if graph.force is None else w.buffer(graph.force)
     actuation = w.buffer(graph.actuation)
     # Into arrays of the step's own: the blocks that step with the plant may write over them.
-    w.line(f"set_efforts({actuation}, {force}, arm, work)")
+    w.line(w.run("set_efforts", set_efforts, [actuation, force, "arm", "work"]))
     reads = {node.name: memory_reads(node, graph.nodes, node.reads) for node in together}
     order, copies = update_order([node.name for node in together], reads)
     _copy(w, copies)

@@ -13,14 +13,15 @@ from pydrake.systems.framework import Diagram
 
 from scara_drake.engine.arm import arm_parameters
 from scara_drake.engine.build import program_of
-from scara_drake.engine.dynamics import WORK
+from scara_drake.engine.dynamics import JOINTS, WORK
 from scara_drake.engine.errors import LeftTheModelError
 from scara_drake.engine.graph import STATE, graph_of
 from scara_drake.engine.source import buffer_size
 from scara_drake.engine.start import Start
-from scara_drake.engine.watch import watched_links, watched_surfaces
+from scara_drake.engine.watch import watched
 from scara_drake.engine.writer import AT_LIMIT, NEAR, NOT_FINITE
-from scara_drake.environment.surfaces import Environment
+from scara_drake.joints import JOINT_NAMES
+from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -33,50 +34,52 @@ class CompiledStepper:
 
     Args:
         diagram: of `make_diagram`.
-        environment: what the diagram's robot may touch.
-        duration: of the run [s].
-        log_period: from sample to sample [s].
-        folder: of the cache.
+        scenario: whose diagram it is.
+        folder: where compiled functions are kept.
 
     Raises:
         NotCompilableError: a part of the Diagram can only run in Drake; names it.
     """
 
-    def __init__(
-        self,
-        diagram: Diagram,
-        environment: Environment,
-        duration: float,
-        log_period: float,
-        folder: Path,
-    ) -> None:
+    block = 1.0  # [s]
+
+    def __init__(self, diagram: Diagram, scenario: Scenario, folder: Path) -> None:
         graph = graph_of(diagram)
         self._plant = graph.plant
-        self._duration, self._log_period = duration, log_period
+        self._duration, self._log_period = scenario.duration, scenario.logging.period
         self._period = graph.plant.time_step()
         self._program = program_of(graph, self._period, folder)
         scene_graph = cast(SceneGraph, diagram.GetSubsystemByName("scene_graph"))
-        self._watched = (
-            watched_links(graph.plant, scene_graph),
-            watched_surfaces(environment),
-        )
-        if self._watched[0].shape[0] == 0:
-            self._watched = (self._watched[0], self._watched[1][:0])
-        self._arm, self._work = arm_parameters(graph.plant), WORK.zeros()
+        links, surfaces = watched(graph.plant, scene_graph, scenario.environment)
         self._context = diagram.CreateDefaultContext()
         own = graph.plant.GetMyContextFromRoot(self._context)
         self._state = np.array(graph.plant.GetPositionsAndVelocities(own))
-        self._buffers = self._program.buffers()
-        self._kernels = self._program.kernels()
-        self._cursor = np.zeros(2 + len(self._program.source.slow), dtype=np.int64)
+        self._work = WORK.zeros()
         self._stop = np.zeros(2, dtype=np.int64)
+        self._buffers, kernels = self._program.buffers(), self._program.kernels()
+        arm, no_force = arm_parameters(graph.plant), np.zeros(JOINTS)
+        self._fixed = (self._stop, arm, self._work, links, surfaces, no_force, self._state)
+        self._others = (*self._buffers.values(), *kernels)
+        self._cursor = np.zeros(2 + len(self._program.source.slow), dtype=np.int64)
         self._tick = 0
-        self._last = math.ceil(duration / self._period - ROUNDING / self._period)
+        self._last = math.ceil(self._duration / self._period - ROUNDING / self._period)
         self._width = sum(buffer_size(graph, buffer) for buffer in graph.recorded)
-        Start(graph, self._buffers, self._state).run()
+        self._times, self._records = np.empty(0), np.empty((0, self._width))
 
-    def advance_to(self, time: float) -> tuple[Array, Array]:
-        """Advance to a time [s] and return the samples since: times (n,) and values (n, width).
+    @property
+    def time(self) -> float:
+        """How far it is [s]."""
+        return min(self._tick * self._period, self._duration)
+
+    def begin(self) -> None:
+        """Let all blocks begin with what the others have."""
+        Start(self._program.graph, self._buffers, self._state).run()
+
+    def pace(self) -> None:
+        """Do nothing: it is never paced."""
+
+    def advance_to(self, time: float) -> None:
+        """Advance to a time [s].
 
         Raises:
             LeftTheModelError: a joint is at its limit, or a link touches a surface.
@@ -85,7 +88,7 @@ class CompiledStepper:
         """
         end = self._last + 1 if time >= self._duration else math.ceil(time / self._period)
         rows = math.ceil((end - self._tick) * self._period / self._log_period) + 2
-        times, records = np.empty(rows), np.empty((rows, self._width))
+        self._times, self._records = np.empty(rows), np.empty((rows, self._width))
         self._cursor[0], watch = 0, WATCH
         while self._tick < end:
             self._tick = self._program.advance(
@@ -97,18 +100,17 @@ class CompiledStepper:
                 self._log_period,
                 watch,
                 self._cursor,
-                times,
-                records,
-                self._stop,
-                self._arm,
-                self._work,
-                *self._watched,
-                self._state,
-                *self._buffers.values(),
-                *self._kernels,
+                self._times,
+                self._records,
+                *self._fixed,
+                *self._others,
             )
             watch = self._after_stop()
-        return times[: self._cursor[0]], records[: self._cursor[0]]
+
+    def drain(self) -> tuple[Array, Array]:
+        """Return the samples since the last call to `advance_to`: times (n,), values (n, width)."""
+        taken, self._cursor[0] = self._cursor[0], 0
+        return self._times[:taken], self._records[:taken]
 
     def _after_stop(self) -> int:
         """Say why the run came back, or return how many ticks lie between two looks from here."""
@@ -118,7 +120,7 @@ class CompiledStepper:
             self._refuse_not_finite(*self._program.source.guards[index])
         if reason == AT_LIMIT:
             joint = int(WORK.unpack(self._work).beyond[()])
-            raise LeftTheModelError(self._tick * self._period, f"joint {joint} is at its limit")
+            raise LeftTheModelError(self.time, f"{JOINT_NAMES[joint]} is at its limit")
         if reason == NEAR:
             self._look_for_contact()
             return 1
@@ -147,4 +149,4 @@ class CompiledStepper:
             frames = (query.inspector().GetFrameId(each) for each in (pair.id_A, pair.id_B))
             bodies = (self._plant.GetBodyFromFrameId(frame).name() for frame in frames)
             what = " touches ".join(sorted(bodies))
-            raise LeftTheModelError(self._tick * self._period, what)
+            raise LeftTheModelError(self.time, what)

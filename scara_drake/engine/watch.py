@@ -98,6 +98,18 @@ def any_link_near(segments: Array, surfaces: Array, arm: Array, work: Array, tic
     return False
 
 
+def watched(
+    plant: MultibodyPlant, scene_graph: SceneGraph, environment: Environment
+) -> tuple[Array, Array]:
+    """Return the rows of the links' shapes, and of the surfaces that they could touch.
+
+    Raises:
+        NotCompilableError: a shape is of a kind that the watch does not know.
+    """
+    links, surfaces = watched_links(plant, scene_graph), watched_surfaces(environment)
+    return links, surfaces[: surfaces.shape[0] if links.shape[0] else 0]
+
+
 def watched_surfaces(environment: Environment) -> Array:
     """Return the rows of the surfaces that the links could touch: those that stand still."""
     rows = [surface_row(surface) for surface in environment.surfaces if surface.motion is None]

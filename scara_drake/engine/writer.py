@@ -27,7 +27,7 @@ FIXED: dict[str, types.Type] = {
     "stop": _WHOLE,
     **dict.fromkeys(("arm", "work"), _VECTOR),
     **dict.fromkeys(("segments", "surfaces"), _ROWS),
-    "state": _VECTOR,
+    **dict.fromkeys(("no_force", "state"), _VECTOR),
 }
 
 
