@@ -65,9 +65,7 @@ def test_a_step_is_that_of_drakes_plant(name, place, speed, effort, push):
     simulator.reset_context(context)
     simulator.Initialize()
     simulator.AdvanceTo(0.5 * PERIOD)
-    expected = plant.GetPositionsAndVelocities(
-        plant.GetMyContextFromRoot(simulator.get_context())
-    )
+    expected = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
     arm, work, state = arm_parameters(plant), WORK.zeros(), np.concatenate([q, v])
     set_efforts(tau, force, arm, work)
     assert plant_step(arm, work, state)

@@ -139,7 +139,7 @@ def _compiled(graph: Graph, source: Source, folder: Path) -> Callable[..., int]:
     mark = marked.hexdigest()[:16]
     if mark in _COMPILED:
         return _COMPILED[mark]
-    path = folder / f"advance_{mark}.py"
+    path = folder / f"advance_{mark}.kernel"
     if not path.exists():
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(path, source.text.replace("def advance(", f"def advance_{mark}(", 1))
