@@ -16,6 +16,7 @@ from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.scenario import check_scenario
+from scara_drake.simulation import many
 from scara_drake.tuning import trials as tuning
 from scara_drake.tuning.cost import Aim, Cost, Figures, itae, rms
 from scara_drake.tuning.search import tune
@@ -329,7 +330,7 @@ def test_a_file_that_is_no_study_is_refused_and_left_alone(tmp_path):
 
 
 def test_a_run_that_fails_has_no_cost(tmp_path, monkeypatch):
-    simulated, count = tuning.run, 0
+    simulated, count = many.run, 0
 
     def run(*arguments):
         nonlocal count
@@ -338,7 +339,7 @@ def test_a_run_that_fails_has_no_cost(tmp_path, monkeypatch):
             raise RuntimeError("controller: state[3] is nan")
         return simulated(*arguments)
 
-    monkeypatch.setattr(tuning, "run", run)
+    monkeypatch.setattr(many, "run", run)
     result = tune(short(), trials=4)
     assert (result.trials, result.failed) == (4, 1)
     assert np.isfinite(result.best_cost)
@@ -348,13 +349,13 @@ def test_a_start_that_fails_is_an_error(monkeypatch):
     def run(*arguments):
         raise RuntimeError("controller: state[3] is nan")
 
-    monkeypatch.setattr(tuning, "run", run)
+    monkeypatch.setattr(many, "run", run)
     with pytest.raises(RuntimeError, match=r"state\[3\] is nan"):
         tune(short(), trials=4)
 
 
 def test_an_interrupt_ends_the_search_with_the_best_so_far(monkeypatch):
-    simulated, count = tuning.run, 0
+    simulated, count = many.run, 0
 
     def run(*arguments):
         nonlocal count
@@ -362,7 +363,7 @@ def test_an_interrupt_ends_the_search_with_the_best_so_far(monkeypatch):
         result = simulated(*arguments)
         return replace(result, ended_by="interrupt") if count == stop else result
 
-    monkeypatch.setattr(tuning, "run", run)
+    monkeypatch.setattr(many, "run", run)
     stop = 3
     result = tune(short(), trials=50)
     assert result.interrupted

@@ -75,7 +75,9 @@ class Journal:
         if times.size:
             if values.shape != (times.size, self._width):
                 raise ValueError(f"values: shape {values.shape}, allowed (n, {self._width})")
-            self._blocks.write(DATA, b"".join(np.asarray(a, "<f8").tobytes() for a in (times, values)))
+            self._blocks.write(
+                DATA, b"".join(np.asarray(a, "<f8").tobytes() for a in (times, values))
+            )
             self.has_samples = True
 
     def end(self, by: str, at: float) -> None:
