@@ -332,12 +332,12 @@ def test_a_file_that_is_no_study_is_refused_and_left_alone(tmp_path):
 def test_a_run_that_fails_has_no_cost(tmp_path, monkeypatch):
     simulated, count = many.run, 0
 
-    def run(*arguments):
+    def run(*arguments, **more):
         nonlocal count
         count += 1
         if count == 2:
             raise RuntimeError("controller: state[3] is nan")
-        return simulated(*arguments)
+        return simulated(*arguments, **more)
 
     monkeypatch.setattr(many, "run", run)
     result = tune(short(), trials=4)
@@ -346,7 +346,7 @@ def test_a_run_that_fails_has_no_cost(tmp_path, monkeypatch):
 
 
 def test_a_start_that_fails_is_an_error(monkeypatch):
-    def run(*arguments):
+    def run(*arguments, **more):
         raise RuntimeError("controller: state[3] is nan")
 
     monkeypatch.setattr(many, "run", run)
@@ -357,10 +357,10 @@ def test_a_start_that_fails_is_an_error(monkeypatch):
 def test_an_interrupt_ends_the_search_with_the_best_so_far(monkeypatch):
     simulated, count = many.run, 0
 
-    def run(*arguments):
+    def run(*arguments, **more):
         nonlocal count
         count += 1
-        result = simulated(*arguments)
+        result = simulated(*arguments, **more)
         return replace(result, ended_by="interrupt") if count == stop else result
 
     monkeypatch.setattr(many, "run", run)

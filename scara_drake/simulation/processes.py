@@ -1,4 +1,4 @@
-"""Processes that simulate in Drake, and are renewed: a Diagram is never freed, see `simulate`."""
+"""Processes that simulate, and are renewed: a Diagram is never freed, see `simulate`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Final
 
 # Each run leaves 2 MB in its process.
-RUNS_PER_PROCESS: Final = 50
+RUNS_PER_PROCESS: Final = 100
 
 
 @contextmanager

@@ -24,7 +24,8 @@ from scara_drake.simulation.processes import RUNS_PER_PROCESS
 Result = TypeVar("Result")
 # Takes numbered scenarios and what is kept of a run; yields results as they come.
 Runner = Callable[
-    [Iterable[tuple[int, Scenario]], Figure[Result]], Iterator[tuple[int, Result | Failed]]
+    [Iterable[tuple[int, Scenario]], Figure[Result]],
+    Iterator[tuple[int, Result | Failed]],
 ]
 
 BACKENDS: Final = ("local", "dask", "ray")
@@ -54,13 +55,16 @@ class Cluster(Protocol):
 
 
 @contextmanager
-def runner(backend: str, jobs: int | None, address: str | None) -> Iterator[Runner[Any]]:
+def runner(
+    backend: str, jobs: int | None, address: str | None, engine: str
+) -> Iterator[Runner[Any]]:
     """Yield what runs scenarios on a backend.
 
     Args:
         backend: of `BACKENDS`.
         jobs: how many run side by side; all cores if None. A cluster of its own kind knows itself.
         address: of a Dask scheduler or a Ray head; None starts workers on this machine.
+        engine: see `simulate`.
 
     Raises:
         ValueError: the backend is not installed, or nobody answers at the address.
@@ -71,7 +75,7 @@ def runner(backend: str, jobs: int | None, address: str | None) -> Iterator[Runn
     if backend == "local":
         if address:
             raise ValueError(f"address: {shown(address)}, allowed with the backend dask or ray")
-        yield partial(each_run, jobs=count)
+        yield partial(each_run, jobs=count, engine=engine)
         return
     try:
         module = import_module("distributed" if backend == "dask" else "ray")
@@ -83,18 +87,21 @@ def runner(backend: str, jobs: int | None, address: str | None) -> Iterator[Runn
         _check_answer(address)
     with (dask_cluster if backend == "dask" else ray_cluster)(module, count, address) as cluster:
         _check_versions(cluster)
-        yield partial(spread, cluster)
+        yield partial(spread, cluster, engine=engine)
 
 
 def spread(
-    cluster: Cluster, scenarios: Iterable[tuple[int, Scenario]], figure: Figure[Result]
+    cluster: Cluster,
+    scenarios: Iterable[tuple[int, Scenario]],
+    figure: Figure[Result],
+    engine: str,
 ) -> Iterator[tuple[int, Result | Failed]]:
     """Simulate scenarios on a cluster; yield each one's number and its figure as it ends."""
     todo = iter(scenarios)
     waiting: dict[Hashable, int] = {}
     while True:
         for number, scenario in islice(todo, AHEAD * cluster.places - len(waiting)):
-            waiting[cluster.submit(try_run, scenario, figure)] = number
+            waiting[cluster.submit(try_run, scenario, figure, engine)] = number
         if not waiting:
             return
         handle = cluster.first(list(waiting))

@@ -5,15 +5,16 @@ What a run is depends on the study and its number alone, so it is the same where
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from scara_drake.diagram import make_diagram
 from scara_drake.recordings.labels import labelled
-from scara_drake.scenario import Scenario, load_scenario
+from scara_drake.scenario import Scenario, load_scenario, read_scenario
+from scara_drake.simulation.steppers import COMPILED, why_not_compiled
 from scara_drake.studies.parameters import shown_as, unit_of
 from scara_drake.studies.study import Study, check_study
 
@@ -71,9 +72,7 @@ class Runs:
         Raises:
             ValueError: its values are not allowed together.
         """
-        with warnings.catch_warnings():  # `check` has told, and a study has many runs
-            warnings.simplefilter("ignore")
-            return self._scenario(self.values(number), self.seed(number))
+        return read_scenario(*self._source(self.values(number), self.seed(number)))[0]
 
     def check(self) -> Scenario:
         """Accept parameters of which each value, beside the first ones of the others, is allowed.
@@ -89,12 +88,14 @@ class Runs:
         outermost = [parameter.outermost() for parameter in self.study.parameters]
         names = [parameter.label for parameter in self.study.parameters]
         first = {name: values[0] for name, values in zip(names, outermost, strict=True)}
-        scenario = self._scenario(first, self.study.seed)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            for name, values in zip(names, outermost, strict=True):
-                for value in values[1:]:
-                    self._scenario(first | {name: value}, self.study.seed)
+        scenario = load_scenario(*self._source(first, self.study.seed))
+        for name, values in zip(names, outermost, strict=True):
+            for value in values[1:]:
+                read_scenario(*self._source(first | {name: value}, self.study.seed))
+        if self.study.engine == COMPILED:
+            reason = why_not_compiled(make_diagram(scenario), scenario)
+            if reason:
+                raise ValueError(f"engine: {reason}, allowed auto, drake")
         return scenario
 
     def coordinates(self, scenario: Scenario) -> dict[str, xr.Variable]:
@@ -118,7 +119,8 @@ class Runs:
             found["seed"] = labelled(("seed",), seeds, "1", "seed of the run")
         return found
 
-    def _scenario(self, values: dict[str, Any], seed: int) -> Scenario:
+    def _source(self, values: dict[str, Any], seed: int) -> tuple[str, dict[str, Any]]:
+        """Return the scenario's name, and what is set in it."""
         study = self.study
         overrides = dict(study.overrides)
         if study.duration is not None:
@@ -126,7 +128,7 @@ class Runs:
         for parameter in study.parameters:
             for path in parameter.paths:
                 overrides[path] = values[parameter.label]
-        return load_scenario(study.scenario, overrides | {"seed": seed})
+        return study.scenario, overrides | {"seed": seed}
 
 
 def shares(study: Study) -> Array:

@@ -14,7 +14,7 @@ from scara_drake.common.fields import check, choice, number
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import build
 from scara_drake.common.yaml_text import read_yaml
-from scara_drake.simulation.many import ENGINES
+from scara_drake.simulation.steppers import ENGINES
 from scara_drake.studies.figures import METRICS
 from scara_drake.studies.parameters import Normal, Range, Values
 

@@ -65,7 +65,7 @@ def sweep(
     with open_store(store, description_of(runs, scenario)) as rows:
         if rows.result is not None:
             return rows.result
-        with runner(backend, jobs, address) as run_all:
+        with runner(backend, jobs, address, runs.study.engine) as run_all:
             _fill(rows, runs, run_all, progress)
         result = result_of(runs, scenario, rows.rows)
         rows.finish(result)
