@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import xarray as xr
@@ -76,7 +76,11 @@ def _draw_grid(result: xr.Dataset, figure: Figure, names: Sequence[str]) -> list
         raise ValueError(
             f"result: {len(picks)} maps of each figure, allowed {MOST_PANELS}: choose by .sel()"
         )
-    panels = _panels(figure, len(names), len(picks))
+    alone = len(picks) == 1  # then the figures are side by side
+    if alone:
+        panels = [[ax] for ax in _panels(figure, 1, len(names), (4.0, 3.2))[0]]
+    else:
+        panels = _panels(figure, len(names), len(picks))
     kinds: dict[str, Artist] = {}
     y, x = axes_of
     for row, name in zip(panels, names, strict=True):
@@ -90,7 +94,7 @@ def _draw_grid(result: xr.Dataset, figure: Figure, names: Sequence[str]) -> list
                 ax.set_ylabel("")
             if row is panels[0]:
                 ax.set_title(_title(result, pick), fontsize="medium")
-            if row is not panels[-1]:
+            if row is not panels[-1] and not alone:
                 ax.tick_params(labelbottom=False)
                 ax.set_xlabel("")
         _explain_colors(result[name], figure, row, colors, norm)
@@ -153,7 +157,7 @@ def _draw_curves(
     return list(kinds.values())
 
 
-def _cross_missing(part: xr.Dataset, name: str, ax: Axes, x: str, color: str) -> dict[str, Artist]:
+def _cross_missing(part: xr.Dataset, name: str, ax: Axes, x: str, color: Any) -> dict[str, Artist]:
     """Mark at the foot of a plot where there is no figure; return what the marks mean."""
     kinds: dict[str, Artist] = {}
     for (kind, where), marker in zip(_missing(part, name).items(), ("x", "|"), strict=True):
@@ -214,6 +218,8 @@ def _colors(values: xr.DataArray) -> tuple[Colormap, Normalize]:
     if _is_flag(values):
         return LinearSegmentedColormap.from_list("no_yes", [NO, YES]), Normalize(0.0, 1.0)
     low, high = float(values.min()), float(values.max())
+    if not np.isfinite(low):  # there is none
+        low, high = 0.0, 1.0
     if _is_wide(values):
         return mpl.colormaps["viridis"], LogNorm(low, high)
     return mpl.colormaps["viridis"], Normalize(low, high)
@@ -275,7 +281,7 @@ def _amid(places: Array) -> Array:
     return np.concatenate([[places[0] - half[0]], middles, [places[-1] + half[-1]]])
 
 
-def _scale(ax: Axes, coordinate: xr.DataArray, axis: str) -> None:
+def _scale(ax: Axes, coordinate: xr.DataArray, axis: Literal["x", "y"]) -> None:
     """Name an axis, and give it words where its values are words."""
     ax.set(**{f"{axis}label": _name(coordinate)})
     if coordinate.dtype.kind not in "fi":

@@ -98,9 +98,7 @@ class Study:
         _check_once("parameters.paths", paths)
         for path, instead in (("seed", "seed and repeats"), ("duration", "duration")):
             if path in self.overrides or (path in paths and path == "seed"):
-                raise ValueError(
-                    f"{path}: among the fields to set, allowed by the study's {instead}"
-                )
+                raise ValueError(f"{path}: a field to set, allowed by the study's {instead}")
 
     def _check_size(self) -> None:
         if not self.is_grid:
