@@ -25,17 +25,22 @@ else:
     from scara_drake.metrics.judgement import verdict
     from scara_drake.recordings.recorder import recording
     from scara_drake.scenario import Scenario, load_scenario
+    from scara_drake.simulation.many import simulate_many
     from scara_drake.simulation.run import simulate
+    from scara_drake.studies.study import Study, load_study
+    from scara_drake.studies.sweep import sweep
 
 __version__ = version("scara-drake")
 
 __all__ = [
     "Scenario",
+    "Study",
     "__version__",
     "ik",
     "kinematics",
     "load_recording",
     "load_scenario",
+    "load_study",
     "make_diagram",
     "metrics",
     "plotting",
@@ -43,6 +48,8 @@ __all__ = [
     "save_recording",
     "save_trace",
     "simulate",
+    "simulate_many",
+    "sweep",
     "to_table",
     "verdict",
 ]

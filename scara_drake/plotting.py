@@ -1,5 +1,7 @@
 """Plots of recordings: each function draws one thing into the axes it is given, and no more.
 
+`study_map` draws a study into a figure.
+
 Colours are those of `display.look`, as in the scene: what is desired is magenta, what is measured
 green, force red.
 """
@@ -19,6 +21,7 @@ from scara_drake.common import checks
 from scara_drake.display import look
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 from scara_drake.recordings.surfaces import KIND, facing, surfaces_of
+from scara_drake.studies.picture import study_map as study_map  # it is a plot like these
 
 Array = NDArray[np.float64]
 

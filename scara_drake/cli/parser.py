@@ -43,6 +43,14 @@ on where it was, and a larger --trials adds to it. Ctrl-C writes the best gains 
   scara-drake tune joint_sine --trials 60 --duration 3 --study runs/joint_sine.db
   scara-drake run runs/joint_sine_tuned.yaml
 """
+SWEEP_EPILOG: Final = """\
+A study names a scenario, the fields to vary and the figures to keep; docs/studies.md has them all.
+Every run is kept in the store as it ends: the same command, given again after an interrupt or a
+kill, goes on where it was.
+
+  scara-drake sweep payload_delay --picture runs/payload_delay.png
+  scara-drake sweep my_study.yaml --store runs/mine.nc --backend dask --address HOST:PORT
+"""
 # Of `scara_drake.ik`, whose import takes seconds.
 IK_METHODS: Final = (
     "closed_form",
@@ -76,6 +84,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_diagrams,
         _add_ik,
         _add_tune,
+        _add_sweep,
         _add_replay,
         _add_recover,
         _add_table,
@@ -275,3 +284,26 @@ def _add_tune(commands: Any) -> None:
         "--jobs", type=int, default=1, metavar="N", help="processes that simulate (default 1)"
     )
     parser.set_defaults(module="scara_drake.cli.tune", extra="tune")
+
+
+def _add_sweep(commands: Any) -> None:
+    parser = commands.add_parser(
+        "sweep",
+        help="run a study: a scenario over parameters, draws or seeds",
+        description="Run a study: a scenario over parameters, draws or seeds.",
+        epilog=SWEEP_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("study", help="name of a shipped study, or a YAML file")
+    parser.add_argument("--store", type=Path, metavar="OUT.nc", help="default runs/STUDY.nc")
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="runs side by side on this machine (default: cores)"
+    )
+    parser.add_argument(
+        "--backend", default="local", metavar="WHERE", help="local (default), dask or ray"
+    )
+    parser.add_argument(
+        "--address", metavar="HOST:PORT", help="of the cluster (default: workers on this machine)"
+    )
+    parser.add_argument("--picture", type=Path, metavar="OUT.png", help="draw the result")
+    parser.set_defaults(module="scara_drake.cli.sweep", extra="")
