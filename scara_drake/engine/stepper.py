@@ -119,7 +119,7 @@ class CompiledStepper:
         if reason == NOT_FINITE:
             self._refuse_not_finite(*self._program.source.guards[index])
         if reason == AT_LIMIT:
-            joint = int(WORK.unpack(self._work).beyond[()])
+            joint = int(WORK.unpack(self._work).beyond[()]) - 1
             raise LeftTheModelError(self.time, f"{JOINT_NAMES[joint]} is at its limit")
         if reason == NEAR:
             self._look_for_contact()
