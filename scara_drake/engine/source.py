@@ -13,7 +13,7 @@ from typing import Any
 from scara_drake.engine.dynamics import plant_step, set_efforts
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.order import memory_reads, update_order
-from scara_drake.engine.watch import any_link_near
+from scara_drake.engine.watch import ticks_clear
 from scara_drake.engine.writer import AT_LIMIT, NEAR, Source, Writer
 
 
@@ -29,6 +29,7 @@ def source_of(graph: Graph, period: float) -> Source:
     for index, node in enumerate(w.slow, start=2):
         w.line(f"{node.name}__count = cursor[{index}]")
         w.line(f"{node.name}__due = {_due(node)}")
+    w.line("look = first")
     with w.block("for k in range(first, first + count):"):
         w.line("t = k * period if k < last else duration")
         _late_updates(w)
@@ -37,11 +38,13 @@ def source_of(graph: Graph, period: float) -> Source:
             w.line("break")
         _plant(w)
         _updates(w)
-        looked_at = ["segments", "surfaces", "arm", "work", "watch"]
-        near = w.run("any_link_near", any_link_near, looked_at)
-        with w.block(f"if k % watch == 0 and {near}:"):
-            w.line(f"stop[0] = {NEAR}")
-            w.line("break")
+        with w.block("if k >= look:"):
+            looked_at = ["segments", "surfaces", "arm", "work"]
+            w.line(f"clear = {w.run('ticks_clear', ticks_clear, looked_at)}")
+            w.line("look = k + clear")
+            with w.block("if clear < 1:"):
+                w.line(f"stop[0] = {NEAR}")
+                w.line("break")
     w.line("cursor[0], cursor[1] = row, logged")
     for index, node in enumerate(w.slow, start=2):
         w.line(f"cursor[{index}] = {node.name}__count")

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 STEP = 1e-3  # [m], the least from point to point of a segment
 FASTEST = 5.0  # [m/s], no point of a link is
+LOOK_AGAIN = 1000  # ticks, after which it is looked again in any case
 
 
 class Segment(NamedTuple):
@@ -64,20 +65,18 @@ def clearance(surface: Array, p_W: Vector, p_S: Array, normal: Array) -> float:
 
 
 @njit(cache=True)
-def any_link_near(segments: Array, surfaces: Array, arm: Array, work: Array, ticks: int) -> bool:
-    """Whether a link may touch a surface before that many more ticks have gone.
+def ticks_clear(segments: Array, surfaces: Array, arm: Array, work: Array) -> int:
+    """Return for how many ticks no link can touch a surface; 0 where one may already.
 
     Args:
         segments: rows (n, 8), see `Segment`.
         surfaces: rows (m, width) of those that stand still, see `surface_row`.
         arm: see `dynamics.Arm`.
-        work: see `dynamics.Work`; the links stand where they were at the last step.
-        ticks: to look ahead.
+        work: see `dynamics.Work`; the links stand where they were before the last step.
     """
-    if surfaces.shape[0] == 0:
-        return False
     a, k = arm_of(arm), work_of(work)
-    margin = (ticks + 1) * a.period * FASTEST + STEP
+    most = a.period * FASTEST  # that a link moves in a tick
+    least = LOOK_AGAIN * most
     p_S, normal = np.empty(3), np.empty(3)
     for row in range(segments.shape[0]):
         g = segment_of(segments[row])
@@ -91,11 +90,12 @@ def any_link_near(segments: Array, surfaces: Array, arm: Array, work: Array, tic
                 share = reached / length if length > 0.0 else 0.0
                 p_L = plus(start, times(share, along))
                 p_W = plus(vector(k.p_WL, link, 0), rotated(k.R_WL, link, p_L))
-                clear = clearance(surfaces[index], p_W, p_S, normal) - g.radius - margin
-                if clear < 0.0:
-                    return True
+                clear = clearance(surfaces[index], p_W, p_S, normal) - g.radius - STEP
+                least = min(least, clear)
+                if least < most:
+                    return 0
                 reached += max(clear, STEP)
-    return False
+    return int(least / most)
 
 
 def watched(
