@@ -13,7 +13,7 @@ from typing import Any
 from scara_drake.engine.dynamics import plant_step, set_efforts
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.order import memory_reads, update_order
-from scara_drake.engine.watch import ticks_clear
+from scara_drake.engine.watch import is_fast, ticks_clear
 from scara_drake.engine.writer import AT_LIMIT, NEAR, Source, Writer
 
 
@@ -38,8 +38,8 @@ def source_of(graph: Graph, period: float) -> Source:
             w.line("break")
         _plant(w)
         _updates(w)
-        with w.block("if k >= look:"):
-            looked_at = ["segments", "surfaces", "arm", "work"]
+        with w.block(f"if k >= look or {w.run('is_fast', is_fast, ['surfaces', 'state'])}:"):
+            looked_at = ["segments", "surfaces", "arm", "work", "state"]
             w.line(f"clear = {w.run('ticks_clear', ticks_clear, looked_at)}")
             w.line("look = k + clear")
             with w.block("if clear < 1:"):
