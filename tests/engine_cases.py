@@ -40,7 +40,7 @@ CONTROLLERS = (
     "!SlidingMode {}",
     "!Pid {}",
 )
-METHODS = ("closed_form", "robust", "inverse_jacobian", "pso", "dpso", "dpsoij")
+FOLLOWING = ("robust", "inverse_jacobian", "dpsoij")
 SURFACES = {
     "wall": "!Wall {point: [0.8, -1.05, 3.0]",
     "box": "!Box {centre: [0.8, -1.15, 3.0]",
@@ -82,7 +82,7 @@ CASES: dict[str, tuple[str, Changes]] = {
     **{f"controller {c[1:]}": ("joint_sine", {"controller": c}) for c in CONTROLLERS},
     **{
         f"inverse kinematics {m}": ("teleoperation", {"inverse_kinematics.method": m, **COMES})
-        for m in METHODS
+        for m in FOLLOWING
     },
     "no surface": ("bilateral", {"environment.surfaces": "[]"}),
     "two surfaces": (
@@ -146,6 +146,10 @@ CASES: dict[str, tuple[str, Changes]] = {
     "steps of 0.5 ms": ("bilateral", {**PRESS, "time_step": 0.5e-3}),
     "steps of 2 ms": ("joint_sine", {"time_step": 2e-3, "controller.phi": 5.0}),
     "steps of 2 ms, stick": ("teleoperation", {**COMES, "time_step": 2e-3, "controller.phi": 5.0}),
+    "steps of 2 ms, stick at 1 ms": (
+        "teleoperation",
+        {**COMES, "time_step": 2e-3, "controller.phi": 5.0, "operator.sample_period": 1e-3},
+    ),
     "steps of 0.7 ms": ("teleoperation", {**COMES, "time_step": 0.7e-3}),
 }  # fmt: skip
 
