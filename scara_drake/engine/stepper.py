@@ -73,7 +73,13 @@ class CompiledStepper:
         return min(self._tick * self._period, self._duration)
 
     def begin(self) -> None:
-        """Let all blocks begin with what the others have."""
+        """Let all blocks begin with what the others have.
+
+        Raises:
+            LeftTheModelError: a link touches a surface from the start.
+        """
+        if self._buffers["surfaces"].size:
+            self._look_for_contact()
         Start(self._program.graph, self._buffers).run()
 
     def pace(self) -> None:

@@ -91,11 +91,14 @@ class Writer:
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
-        """Write the lines within under a head such as ``if ...:``."""
+        """Write the lines within, if there are any, under a head such as ``if ...:``."""
         self.line(head)
+        before = len(self.made.lines)
         self._depth += 1
         yield
         self._depth -= 1
+        if len(self.made.lines) == before:
+            self.made.lines.pop()
 
     @contextmanager
     def maybe(self, condition: str, time: str = TIME) -> Iterator[None]:
