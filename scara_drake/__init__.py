@@ -32,6 +32,7 @@ __version__ = version("scara-drake")
 __all__ = [
     "Scenario",
     "__version__",
+    "compare",
     "ik",
     "kinematics",
     "load_recording",
@@ -49,12 +50,15 @@ __all__ = [
 
 if TYPE_CHECKING:
     from scara_drake import metrics, plotting
+    from scara_drake.comparison import compare
 else:
 
     def __getattr__(name: str) -> Any:
         """Import what takes a while to import when it is asked for."""
         if name in ("metrics", "plotting"):
             return import_module(f"{__name__}.{name}")
+        if name == "compare":
+            return import_module(f"{__name__}.comparison").compare
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -56,6 +56,7 @@ def test_every_command_has_a_module():
         "tune x",
         "replay x.nc",
         "recover x.journal",
+        "compare x.nc y.nc",
         "table x.nc",
     )
     for line in lines:

@@ -78,6 +78,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_tune,
         _add_replay,
         _add_recover,
+        _add_compare,
         _add_table,
     ):
         add(commands)
@@ -153,6 +154,17 @@ def _add_recover(commands: Any) -> None:
         "--output", type=Path, metavar="FILE.nc", help="default: beside it, by its name"
     )
     parser.set_defaults(module="scara_drake.cli.recover", extra="")
+
+
+def _add_compare(commands: Any) -> None:
+    parser = commands.add_parser("compare", help="recordings beside each other: what differs")
+    parser.add_argument(
+        "recordings", nargs="+", type=Path, metavar="FILE.nc", help="the others against the first"
+    )
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE.html", help="page with the tables and the curves"
+    )
+    parser.set_defaults(module="scara_drake.cli.compare", extra="")
 
 
 def _add_table(commands: Any) -> None:

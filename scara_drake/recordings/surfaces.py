@@ -1,4 +1,4 @@
-"""The surfaces of a recording's scenario, read without Drake."""
+"""The scenario of a recording, and its surfaces, read without Drake."""
 
 from __future__ import annotations
 
@@ -21,6 +21,21 @@ _Untagged.add_multi_constructor(
 )
 
 
+def read_scenario(scenario: str) -> dict[str, Any]:
+    """Read a scenario's YAML text as plain data; the kind of a part is under `KIND`.
+
+    Raises:
+        ValueError: the text is not that of a scenario.
+    """
+    try:
+        data = yaml.load(scenario, _Untagged)
+    except (yaml.YAMLError, LookupError, TypeError, RecursionError):
+        data = None
+    if not isinstance(data, dict):
+        raise ValueError("scenario: not that of a recording, allowed YAML with surfaces")
+    return data
+
+
 def surfaces_of(scenario: str) -> list[dict[str, Any]]:
     """Read the surfaces of a scenario's YAML text: their fields, and their kind under `KIND`.
 
@@ -28,8 +43,8 @@ def surfaces_of(scenario: str) -> list[dict[str, Any]]:
         ValueError: the text is not that of a scenario.
     """
     try:
-        surfaces = yaml.load(scenario, _Untagged)["environment"]["surfaces"]
-    except (yaml.YAMLError, LookupError, TypeError, RecursionError):
+        surfaces = read_scenario(scenario)["environment"]["surfaces"]
+    except (LookupError, TypeError):
         raise ValueError("scenario: not that of a recording, allowed YAML with surfaces") from None
     if not isinstance(surfaces, list) or not all(isinstance(one, dict) for one in surfaces):
         raise ValueError("environment.surfaces: allowed a list of mappings")
