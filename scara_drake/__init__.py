@@ -10,6 +10,7 @@ from scara_drake.common.kernel_cache import prepare_kernel_cache
 prepare_kernel_cache(Path(__file__).parent)  # before any kernel is loaded
 
 from scara_drake import kinematics  # noqa: E402 - see above
+from scara_drake.exports.formats import export  # noqa: E402
 from scara_drake.operator.trace import save_trace  # noqa: E402
 from scara_drake.recordings.files import load_recording, save_recording  # noqa: E402
 from scara_drake.recordings.table import to_table  # noqa: E402
@@ -33,6 +34,7 @@ __all__ = [
     "Scenario",
     "__version__",
     "compare",
+    "export",
     "ik",
     "kinematics",
     "load_recording",

@@ -57,7 +57,7 @@ def test_every_command_has_a_module():
         "replay x.nc",
         "recover x.journal",
         "compare x.nc y.nc",
-        "table x.nc",
+        "export x.nc",
     )
     for line in lines:
         options = parser.parse_args(line.split())
