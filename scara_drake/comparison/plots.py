@@ -98,22 +98,23 @@ def _path(names: Sequence[str], recordings: Sequence[xr.Dataset]) -> Iterator[Pi
         for index, path in have:
             x, y = (path.sel(axis=axis).values for axis in (first, second))
             ax.plot(x, y, label=names[index], **_style(index))
-        if second == "y":
-            _add_walls(recordings, ax)
-        ax.set_aspect("equal", adjustable="datalim")
+        # Walls reach beyond the picture: its limits are set, so that the box has to give way.
+        walled = second == "y" and _add_walls(recordings, ax)
+        ax.set_aspect("equal", adjustable="box" if walled else "datalim")
         plotting.finish(ax, f"{first} [m]", f"{second} [m]")
     missing = [n for n, each in zip(names, recordings, strict=True) if "p_WE_measured" not in each]
     said = (f"tool position: not in {', '.join(missing)}",) if missing else ()
     yield Picture("Which way does the tool go?", figure, said)
 
 
-def _add_walls(recordings: Sequence[xr.Dataset], ax: Axes) -> None:
-    """The walls of the first recording whose scenario says of any."""
+def _add_walls(recordings: Sequence[xr.Dataset], ax: Axes) -> bool:
+    """Draw the walls of the first recording whose scenario has any; whether there is one."""
     for recording in recordings:
         with suppress(ValueError, LookupError):  # not of a run, or of one without a scenario
             if plotting.walls(recording):
                 plotting.upright_walls(recording, ax)
-                return
+                return True
+    return False
 
 
 def _apart(names: Sequence[str], recordings: Sequence[xr.Dataset]) -> Iterator[Picture]:
