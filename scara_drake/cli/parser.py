@@ -107,6 +107,11 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
+    parser.add_argument(
+        "--engine",
+        default="auto",
+        help="auto, compiled or drake: what runs it (default auto: compiled where nobody watches)",
+    )
     _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
 

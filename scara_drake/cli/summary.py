@@ -33,6 +33,8 @@ def print_summary(
             table.add_row(*row)
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
+    if result.engine_reason:
+        _say(console, f"Drake ran it: {result.engine_reason}")
     if recording.attrs.get("device"):
         _say(console, f"Operator: {recording.attrs['device']}")
     print_first_posture(console, recording.attrs)

@@ -66,8 +66,13 @@ class Journal:
         self.has_samples = False
 
     def begin(self, description: dict[str, Any], width: int) -> None:
-        """Write what the run says of itself; samples have `width` values."""
-        self._width = width
+        """Write what the run says of itself; samples have `width` values.
+
+        What has been written before is forgotten.
+        """
+        self._file.seek(0)
+        self._file.truncate()
+        self._checksum, self._width, self.has_samples = 0, width, False
         head = {"width": width, "description": description}
         self._write(HEAD, json.dumps(head).encode(), MAGIC)
 
