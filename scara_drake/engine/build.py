@@ -106,14 +106,16 @@ def program_of(graph: Graph, period: float, own: dict[str, Array], folder: Path)
     Args:
         graph: of a Diagram.
         period: of its ticks [s].
-        own: the arrays that are not of a block, by their names in `OWN`.
+        own: the arrays that are not of a block, by their names in the text: arm, work, segments,
+            surfaces, no_force and state.
         folder: of the cache.
 
     Raises:
         NotCompilableError: a part of it can only run in Drake; names it.
     """
     source = source_of(graph, period)
-    values = dict(own)
+    slow = [graph.nodes[name].declaration for name in source.slow]
+    values = own | {"slow": np.array([[is_.offset, is_.period] for is_ in slow]).reshape(-1, 2)}
     for name, (node, of) in source.arguments.items():
         values[name] = first_value(graph.nodes[node].declaration, of)
     stored = {name: value for name, value in values.items() if is_stored(value)}

@@ -28,9 +28,9 @@ def source_of(graph: Graph, period: float) -> Source:
     w = Writer(graph, period)
     w.line("row, logged = cursor[0], cursor[1]")
     w.line("log_due = logged * log_period")
-    for index, node in enumerate(w.slow, start=2):
-        w.line(f"{node.name}__count = cursor[{index}]")
-        w.line(f"{node.name}__due = {_due(node)}")
+    for index, node in enumerate(w.slow):
+        w.line(f"{node.name}__count = cursor[{2 + index}]")
+        w.line(f"{node.name}__due = {_due(w, node)}")
     w.line("look = first")
     with w.block("for k in range(first, first + count):"):
         w.line("t = k * period if k < last else duration")
@@ -47,19 +47,21 @@ def source_of(graph: Graph, period: float) -> Source:
                 w.line(f"stop[0] = {NEAR}")
                 w.line("break")
     w.line("cursor[0], cursor[1] = row, logged")
-    for index, node in enumerate(w.slow, start=2):
-        w.line(f"cursor[{index}] = {node.name}__count")
+    for index, node in enumerate(w.slow):
+        w.line(f"cursor[{2 + index}] = {node.name}__count")
     w.line("return k + 1")
     return w.made
 
 
-def _due(node: Node) -> str:
-    return f"{node.declaration.offset!r} + {node.name}__count * {node.declaration.period!r}"
+def _due(w: Writer, node: Node) -> str:
+    """Return the text of when a slow block is updated next: offset + n period."""
+    row = w.slow.index(node)
+    return f"slow[{row}, 0] + {node.name}__count * slow[{row}, 1]"
 
 
 def _advance(w: Writer, node: Node) -> None:
     w.line(f"{node.name}__count += 1")
-    w.line(f"{node.name}__due = {_due(node)}")
+    w.line(f"{node.name}__due = {_due(w, node)}")
 
 
 def _until_tick(w: Writer) -> None:

@@ -26,8 +26,6 @@ FIXED: dict[str, types.Type] = {
     **dict.fromkeys(("address", "extent"), int64),
     "places": int64[:, ::1],
 }
-# Arrays that are not of a block.
-OWN = ("arm", "work", "segments", "surfaces", "no_force", "state")
 
 
 @dataclass
@@ -79,8 +77,12 @@ class Writer:
         self.others = [node for node in updated if not node.declaration.with_plant]
         self.sampled = [node for node in graph.nodes.values() if node.declaration.sample]
         self.slow = [node for node in self.others if _is_slow(node, period)]
-        if any(_is_slow(node, period) for node in self.with_plant):
-            raise NotCompilableError("a block that steps with the plant has another period")
+        for node in self.with_plant:
+            if _is_slow(node, period):
+                raise NotCompilableError(
+                    f"{node.name}: a period of {node.declaration.period:g} s beside that of the "
+                    f"plant, with which it steps, {period:g} s"
+                )
         self.made.slow = [node.name for node in self.slow]
 
     def line(self, text: str) -> None:
