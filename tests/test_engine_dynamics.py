@@ -42,6 +42,21 @@ units = st.floats(0.0, 1.0)
 signs = st.floats(-1.0, 1.0)
 
 
+def drake_step(simulator, plant, q, v, tau, force):
+    """The state (12,) of the plant after its step."""
+    diagram = simulator.get_system()
+    context = diagram.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(
+        plant.GetMyMutableContextFromRoot(context), np.concatenate([q, v])
+    )
+    diagram.GetInputPort("tau").FixValue(context, tau)
+    diagram.GetInputPort("force").FixValue(context, force)
+    simulator.reset_context(context)
+    simulator.Initialize()
+    simulator.AdvanceTo(0.5 * PERIOD)
+    return plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
+
+
 @examples(60)
 @given(
     name=st.sampled_from(sorted(PLANTS)),
@@ -55,17 +70,7 @@ def test_a_step_is_that_of_drakes_plant(name, place, speed, effort, push):
     low, high = joints.LOWER + MARGIN, joints.UPPER - MARGIN
     q, v = low + np.array(place) * (high - low), np.array(speed) * joints.MAX_SPEED
     tau, force = np.array(effort) * joints.EFFORT, 500.0 * np.array(push)
-    diagram = simulator.get_system()
-    context = diagram.CreateDefaultContext()
-    plant.SetPositionsAndVelocities(
-        plant.GetMyMutableContextFromRoot(context), np.concatenate([q, v])
-    )
-    diagram.GetInputPort("tau").FixValue(context, tau)
-    diagram.GetInputPort("force").FixValue(context, force)
-    simulator.reset_context(context)
-    simulator.Initialize()
-    simulator.AdvanceTo(0.5 * PERIOD)
-    expected = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
+    expected = drake_step(simulator, plant, q, v, tau, force)
     arm, work, state = arm_parameters(plant), WORK.zeros(), np.concatenate([q, v])
     set_efforts(tau, force, arm, work)
     assert plant_step(arm, work, state)

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES
 from scara_drake.replay.arguments import add_arguments as add_replay_arguments
 
@@ -87,7 +88,8 @@ def make_parser() -> argparse.ArgumentParser:
         _add_sweep,
         _add_replay,
         _add_recover,
-        _add_table,
+        _add_compare,
+        _add_export,
     ):
         add(commands)
     return parser
@@ -114,6 +116,11 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
+    parser.add_argument(
+        "--engine",
+        default="auto",
+        help="auto, compiled or drake: what runs it (default auto: compiled where nobody watches)",
+    )
     _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
 
@@ -164,13 +171,34 @@ def _add_recover(commands: Any) -> None:
     parser.set_defaults(module="scara_drake.cli.recover", extra="")
 
 
-def _add_table(commands: Any) -> None:
-    parser = commands.add_parser("table", help="write a recording as a table, one row a sample")
+def _add_compare(commands: Any) -> None:
+    parser = commands.add_parser("compare", help="recordings beside each other: what differs")
+    parser.add_argument(
+        "recordings", nargs="+", type=Path, metavar="FILE.nc", help="the others against the first"
+    )
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE.html", help="page with the tables and the curves"
+    )
+    parser.set_defaults(module="scara_drake.cli.compare", extra="")
+
+
+def _add_export(commands: Any) -> None:
+    formats = "\n".join(f"  {name:8} {each.suffix:8} {each.what}" for name, each in FORMATS.items())
+    parser = commands.add_parser(
+        "export",
+        help="write a recording for other programs: CSV, Parquet, MCAP, rerun, trace",
+        description="Write a recording, or a journal, in a format of other programs.",
+        epilog=f"formats:\n{formats}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("recording", type=Path, metavar="FILE.nc")
     parser.add_argument(
-        "--csv", type=Path, metavar="FILE.csv", help="default: beside it, by its name"
+        "--to", metavar="FORMAT", help="default: what the output's suffix says, or csv"
     )
-    parser.set_defaults(module="scara_drake.cli.table", extra="")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="OUT", help="default: beside it, by its name"
+    )
+    parser.set_defaults(module="scara_drake.cli.export", extra="")
 
 
 def _add_ik(commands: Any) -> None:

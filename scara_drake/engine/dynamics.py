@@ -236,10 +236,14 @@ def solve(right: Array, L: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def first_joint_at_limit(q: Array, v: Array, a: Arm) -> int:
-    """Number, from 1, of a joint on which the plant would put a limit force; 0 for none."""
+def first_joint_at_limit(q: Array, v: Array, v_next: Array, a: Arm) -> int:
+    """Number, from 1, of a joint on which the plant would put a limit force; 0 for none.
+
+    Drake does so where a joint may be beyond its limit within the window, at the faster of the
+    velocity that it has and that which it would get without the force.
+    """
     for i in range(JOINTS):
-        ahead = LIMIT_WINDOW * a.period * abs(v[i])
+        ahead = LIMIT_WINDOW * a.period * max(abs(v[i]), abs(v_next[i]))
         if not (a.lower[i] < q[i] - ahead and q[i] + ahead < a.upper[i]):
             return i + 1
     return 0
@@ -268,9 +272,6 @@ def plant_step(arm: Array, work: Array, state: Array) -> bool:
     """
     a, k = arm_of(arm), work_of(work)
     q, v = state[:JOINTS], state[JOINTS:]
-    k.beyond[()] = first_joint_at_limit(q, v, a)
-    if k.beyond[()] > 0.0:
-        return False
     place_links(q, a, k)
     link_forces(v, a, k)
     mass_matrix_and_bias(a, k)
@@ -282,6 +283,9 @@ def plant_step(arm: Array, work: Array, state: Array) -> bool:
     for i in range(JOINTS):
         k.M[i, i] += h * a.damping[i]
     solve(right, k.M)
+    k.beyond[()] = first_joint_at_limit(q, v, right, a)
+    if k.beyond[()] > 0.0:
+        return False
     for i in range(JOINTS):
         v[i] = right[i]
         q[i] += h * right[i]

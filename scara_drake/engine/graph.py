@@ -43,7 +43,7 @@ class Buffer:
     name: str
 
     def __str__(self) -> str:
-        return f"{self.node}__{self.name}"
+        return self.name if self.node == PLANT else f"{self.node}__{self.name}"
 
 
 STATE = Buffer(PLANT, "state")

@@ -8,12 +8,14 @@ the time of a tick in the last bits sometimes, and comes before it or after it t
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
+from scara_drake.common.block import TIME
 from scara_drake.engine.dynamics import plant_step, set_efforts
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.order import memory_reads, update_order
-from scara_drake.engine.watch import any_link_near
+from scara_drake.engine.watch import is_fast, ticks_clear
 from scara_drake.engine.writer import AT_LIMIT, NEAR, Source, Writer
 
 
@@ -26,61 +28,66 @@ def source_of(graph: Graph, period: float) -> Source:
     w = Writer(graph, period)
     w.line("row, logged = cursor[0], cursor[1]")
     w.line("log_due = logged * log_period")
-    for index, node in enumerate(w.slow, start=2):
-        w.line(f"{node.name}__count = cursor[{index}]")
-        w.line(f"{node.name}__due = {_due(node)}")
+    for index, node in enumerate(w.slow):
+        w.line(f"{node.name}__count = cursor[{2 + index}]")
+        w.line(f"{node.name}__due = {_due(w, node)}")
+    w.line("look = first")
     with w.block("for k in range(first, first + count):"):
         w.line("t = k * period if k < last else duration")
-        _late_updates(w)
-        _samples(w)
+        _until_tick(w)
         with w.block("if k == last:"):
             w.line("break")
         _plant(w)
-        _updates(w)
-        looked_at = ["segments", "surfaces", "arm", "work", "watch"]
-        near = w.run("any_link_near", any_link_near, looked_at)
-        with w.block(f"if k % watch == 0 and {near}:"):
-            w.line(f"stop[0] = {NEAR}")
-            w.line("break")
+        _update(w, w.others, TIME)
+        with w.block(f"if k >= look or {w.run('is_fast', is_fast, ['surfaces', 'state'])}:"):
+            looked_at = ["segments", "surfaces", "arm", "work", "state"]
+            w.line(f"clear = {w.run('ticks_clear', ticks_clear, looked_at)}")
+            w.line("look = k + clear")
+            with w.block("if clear < 1:"):
+                w.line(f"stop[0] = {NEAR}")
+                w.line("break")
     w.line("cursor[0], cursor[1] = row, logged")
-    for index, node in enumerate(w.slow, start=2):
-        w.line(f"cursor[{index}] = {node.name}__count")
+    for index, node in enumerate(w.slow):
+        w.line(f"cursor[{2 + index}] = {node.name}__count")
     w.line("return k + 1")
     return w.made
 
 
-def _due(node: Node) -> str:
-    return f"{node.declaration.offset!r} + {node.name}__count * {node.declaration.period!r}"
+def _due(w: Writer, node: Node) -> str:
+    """Return the text of when a slow block is updated next: offset + n period."""
+    row = w.slow.index(node)
+    return f"slow[{row}, 0] + {node.name}__count * slow[{row}, 1]"
 
 
 def _advance(w: Writer, node: Node) -> None:
     w.line(f"{node.name}__count += 1")
-    w.line(f"{node.name}__due = {_due(node)}")
+    w.line(f"{node.name}__due = {_due(w, node)}")
 
 
-def _late_updates(w: Writer) -> None:
-    """Write the updates whose time lies a rounding before the tick's."""
-    for node in w.slow:
-        due = f"{node.name}__due"
-        with w.maybe(f"{due} < t", due):
-            for buffer in node.reads.values():
-                w.need(buffer)
-            w.update(node, set())
-            _advance(w, node)
+def _until_tick(w: Writer) -> None:
+    """Write the samples up to the tick's time and the updates before it, the earliest first."""
+    with w.block("while True:"):
+        dues = ", ".join(f"{node.name}__due" for node in w.slow)
+        w.line(f"due = min(t, {dues})" if w.slow else "due = t")
+        with w.maybe("log_due <= due", "log_due"):
+            _sample(w)
+            w.line("continue")
+        with w.block("if not due < t:"):
+            w.line("break")
+        _update(w, w.slow, "due")
 
 
-def _samples(w: Writer) -> None:
+def _sample(w: Writer) -> None:
     """Write how a sample is recorded."""
-    with w.maybe("log_due <= t", "log_due"):
-        w.line("times[row] = log_due")
-        start = 0
-        for buffer in w.graph.recorded:
-            w.need(buffer)
-            w.line(f"put({w.buffer(buffer)}, records, row, {start})")
-            start += buffer_size(w.graph, buffer)
-        w.line("row += 1")
-        w.line("logged += 1")
-        w.line("log_due = logged * log_period")
+    w.line("times[row] = log_due")
+    start = 0
+    for buffer in w.graph.recorded:
+        w.need(buffer)
+        w.line(f"put({w.buffer(buffer)}, records, row, {start})")
+        start += buffer_size(w.graph, buffer)
+    w.line("row += 1")
+    w.line("logged += 1")
+    w.line("log_due = logged * log_period")
 
 
 def _plant(w: Writer) -> None:
@@ -112,31 +119,31 @@ def _plant(w: Writer) -> None:
     w.changed(STATE.node, *order)
 
 
-def _updates(w: Writer) -> None:
-    """Write the updates of all other blocks, from the sink to the source."""
-    graph = w.graph
-    for node in w.others:
-        for kernel in (node.declaration.update, node.declaration.rest):
-            if kernel is not None and node not in w.slow:
-                for name in needed_inputs(node, kernel):
-                    w.need(node.reads[name])
-    for node in w.slow:
-        if any(buffer and w.is_output(buffer) for buffer in node.reads.values()):
-            with w.maybe(f"{node.name}__due == t"):
-                for buffer in node.reads.values():
-                    w.need(buffer)
-    reads = {node.name: memory_reads(node, graph.nodes, node.reads) for node in w.others}
-    order, copies = update_order([node.name for node in w.others], reads)
+def _update(w: Writer, nodes: list[Node], time: str) -> None:
+    """Write the updates of some blocks at a time, from the sink to the source.
+
+    Of those with a period of their own, the ones that are due.
+    """
+    for node in nodes:
+        with _if_due(w, node, time):
+            for kernel in (node.declaration.update, node.declaration.rest):
+                if kernel is not None:
+                    for name in needed_inputs(node, kernel):
+                        w.need(node.reads[name])
+    reads = {node.name: memory_reads(node, w.graph.nodes, node.reads) for node in nodes}
+    order, copies = update_order([node.name for node in nodes], reads)
     _copy(w, copies)
     for name in order:
-        node = graph.nodes[name]
-        if node in w.slow:
-            with w.maybe(f"{name}__due == t"):
-                w.update(node, copies)
-                _advance(w, node)
-        else:
+        node = w.graph.nodes[name]
+        with _if_due(w, node, time):
             w.update(node, copies)
-    w.changed(*order, *graph.nodes)
+            if node in w.slow:
+                _advance(w, node)
+
+
+def _if_due(w: Writer, node: Node, time: str) -> AbstractContextManager[None]:
+    """Return the condition under which a block is updated at a time; none for one of each tick."""
+    return w.maybe(f"{node.name}__due == {time}", time) if node in w.slow else nullcontext()
 
 
 def _copy(w: Writer, copies: set[tuple[str, Buffer]]) -> None:

@@ -20,11 +20,10 @@ class Start:
     Args:
         graph: of a Diagram.
         buffers: with their first values; written.
-        state: of the plant (12,).
     """
 
-    def __init__(self, graph: Graph, buffers: dict[str, Any], state: Array) -> None:
-        self._nodes, self._buffers, self._state = graph.nodes, buffers, state
+    def __init__(self, graph: Graph, buffers: dict[str, Any]) -> None:
+        self._nodes, self._buffers = graph.nodes, buffers
 
     def run(self) -> None:
         """Begin all blocks."""
@@ -62,7 +61,7 @@ class Start:
     def _value(self, buffer: Buffer) -> Array:
         """Return what stands in a buffer at t = 0."""
         if buffer == STATE:
-            return self._state
+            return self._buffers[str(buffer)]
         node = self._nodes[buffer.node]
         if buffer.name in node.declaration.memory:
             known = self._buffers.get(str(buffer))

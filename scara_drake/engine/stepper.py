@@ -15,7 +15,7 @@ from scara_drake.engine.arm import arm_parameters
 from scara_drake.engine.build import program_of
 from scara_drake.engine.dynamics import JOINTS, WORK
 from scara_drake.engine.errors import LeftTheModelError
-from scara_drake.engine.graph import STATE, graph_of
+from scara_drake.engine.graph import graph_of
 from scara_drake.engine.source import buffer_size
 from scara_drake.engine.start import Start
 from scara_drake.engine.watch import watched
@@ -25,7 +25,6 @@ from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
 
-WATCH = 5  # ticks between two looks at what the links may touch
 ROUNDING = 1e-9  # [s]
 
 
@@ -45,22 +44,24 @@ class CompiledStepper:
 
     def __init__(self, diagram: Diagram, scenario: Scenario, folder: Path) -> None:
         graph = graph_of(diagram)
-        self._plant = graph.plant
+        self._plant, self._context = graph.plant, diagram.CreateDefaultContext()
         self._duration, self._log_period = scenario.duration, scenario.logging.period
         self._period = graph.plant.time_step()
-        self._program = program_of(graph, self._period, folder)
         scene_graph = cast(SceneGraph, diagram.GetSubsystemByName("scene_graph"))
         links, surfaces = watched(graph.plant, scene_graph, scenario.environment)
-        self._context = diagram.CreateDefaultContext()
         own = graph.plant.GetMyContextFromRoot(self._context)
-        self._state = np.array(graph.plant.GetPositionsAndVelocities(own))
-        self._work = WORK.zeros()
-        self._stop = np.zeros(2, dtype=np.int64)
-        self._buffers, kernels = self._program.buffers(), self._program.kernels()
-        arm, no_force = arm_parameters(graph.plant), np.zeros(JOINTS)
-        self._fixed = (self._stop, arm, self._work, links, surfaces, no_force, self._state)
-        self._others = (*self._buffers.values(), *kernels)
+        arrays = {
+            "arm": arm_parameters(graph.plant),
+            "work": WORK.zeros(),
+            "segments": links,
+            "surfaces": surfaces,
+            "no_force": np.zeros(JOINTS),
+            "state": np.array(graph.plant.GetPositionsAndVelocities(own)),
+        }
+        self._program = program_of(graph, self._period, arrays, folder)
+        self._buffers = self._program.store.views
         self._cursor = np.zeros(2 + len(self._program.source.slow), dtype=np.int64)
+        self._stop = np.zeros(2, dtype=np.int64)
         self._tick = 0
         self._last = math.ceil(self._duration / self._period - ROUNDING / self._period)
         self._width = sum(buffer_size(graph, buffer) for buffer in graph.recorded)
@@ -72,8 +73,14 @@ class CompiledStepper:
         return min(self._tick * self._period, self._duration)
 
     def begin(self) -> None:
-        """Let all blocks begin with what the others have."""
-        Start(self._program.graph, self._buffers, self._state).run()
+        """Let all blocks begin with what the others have.
+
+        Raises:
+            LeftTheModelError: a link touches a surface from the start.
+        """
+        if self._buffers["surfaces"].size:
+            self._look_for_contact()
+        Start(self._program.graph, self._buffers).run()
 
     def pace(self) -> None:
         """Do nothing: it is never paced."""
@@ -89,48 +96,54 @@ class CompiledStepper:
         end = self._last + 1 if time >= self._duration else math.ceil(time / self._period)
         rows = math.ceil((end - self._tick) * self._period / self._log_period) + 2
         self._times, self._records = np.empty(rows), np.empty((rows, self._width))
-        self._cursor[0], watch = 0, WATCH
+        self._cursor[0] = 0
+        store = self._program.store
         while self._tick < end:
             self._tick = self._program.advance(
                 self._tick,
-                min(end - self._tick, 1 if watch == 1 else end),
+                end - self._tick,
                 self._last,
                 self._duration,
                 self._period,
                 self._log_period,
-                watch,
                 self._cursor,
+                self._stop,
                 self._times,
                 self._records,
-                *self._fixed,
-                *self._others,
+                store.address,
+                store.memory.size,
+                store.places,
+                *self._program.others,
             )
-            watch = self._after_stop()
+            self._look_why()
 
     def drain(self) -> tuple[Array, Array]:
         """Return the samples since the last call to `advance_to`: times (n,), values (n, width)."""
         taken, self._cursor[0] = self._cursor[0], 0
         return self._times[:taken], self._records[:taken]
 
-    def _after_stop(self) -> int:
-        """Say why the run came back, or return how many ticks lie between two looks from here."""
+    def _look_why(self) -> None:
+        """Find out why the function came back.
+
+        Raises:
+            LeftTheModelError: a joint is at its limit, or a link touches a surface.
+            RuntimeError: NaN or infinity arrives on a port.
+        """
         reason, index = self._stop
         self._stop[:] = 0
         if reason == NOT_FINITE:
             self._refuse_not_finite(*self._program.source.guards[index])
         if reason == AT_LIMIT:
-            joint = int(WORK.unpack(self._work).beyond[()])
-            raise LeftTheModelError(self.time, f"{JOINT_NAMES[joint]} is at its limit")
+            joint = int(WORK.unpack(self._buffers["work"]).beyond[()])
+            raise LeftTheModelError(self.time, f"{JOINT_NAMES[joint - 1]} is at its limit")
         if reason == NEAR:
             self._look_for_contact()
-            return 1
-        return WATCH
 
     def _refuse_not_finite(self, name: str, inputs: list[str]) -> None:
         time = self._tick * self._period
         for port in inputs:
             buffer = self._program.graph.nodes[name].reads[port]
-            values = self._state if buffer == STATE else self._buffers[str(buffer)]
+            values = self._buffers[str(buffer)]
             for index in np.flatnonzero(~np.isfinite(values)):
                 raise RuntimeError(
                     f"{name}: port '{port}' at t = {time:.6g} s: {port}[{index}] is {values[index]}"
@@ -143,7 +156,7 @@ class CompiledStepper:
             LeftTheModelError: one does.
         """
         own = self._plant.GetMyMutableContextFromRoot(self._context)
-        self._plant.SetPositions(own, self._state[:6])
+        self._plant.SetPositions(own, self._buffers["state"][:JOINTS])
         query = self._plant.get_geometry_query_input_port().Eval(own)
         for pair in query.ComputePointPairPenetration():
             frames = (query.inspector().GetFrameId(each) for each in (pair.id_A, pair.id_B))

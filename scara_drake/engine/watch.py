@@ -1,7 +1,8 @@
 """Whether a link other than the tool may touch a surface: only Drake knows that contact.
 
 Each shape of a link is enclosed by a segment with a radius. A distance changes by no more than one
-moves, so along the segment the next point to look at is as far away as the surface is from this.
+moves, so along the segment the next point to look at is half as far away as the surface is from
+this: no point between them is nearer than half of that either.
 """
 
 from __future__ import annotations
@@ -26,7 +27,10 @@ from scara_drake.environment.surfaces import Environment, surface_distance, surf
 Array = NDArray[np.float64]
 
 STEP = 1e-3  # [m], the least from point to point of a segment
-FASTEST = 5.0  # [m/s], no point of a link is
+FASTEST = 5.0  # [m/s], no point of a link is while nobody looks
+LOOK_AGAIN = 1000  # ticks, after which it is looked again in any case
+# How far a point of a link may be from the axis of each joint, [m]; as the mast slides, 1.
+LEVERS = np.array([1.0, 2.5, 2.5, 1.8, 1.0, 1.0])
 
 
 class Segment(NamedTuple):
@@ -64,20 +68,36 @@ def clearance(surface: Array, p_W: Vector, p_S: Array, normal: Array) -> float:
 
 
 @njit(cache=True)
-def any_link_near(segments: Array, surfaces: Array, arm: Array, work: Array, ticks: int) -> bool:
-    """Whether a link may touch a surface before that many more ticks have gone.
+def speed_bound(state: Array) -> float:
+    """Return a speed [m/s] that no point of a link exceeds, of the state (12,) of the arm."""
+    total = 0.0
+    for i in range(LEVERS.size):
+        total += LEVERS[i] * abs(state[LEVERS.size + i])
+    return total
+
+
+@njit(cache=True)
+def is_fast(surfaces: Array, state: Array) -> bool:
+    """Whether the arm, in state (12,), is too fast not to be looked at, if anything is there."""
+    return surfaces.shape[0] > 0 and not speed_bound(state) < FASTEST
+
+
+@njit(cache=True)
+def ticks_clear(segments: Array, surfaces: Array, arm: Array, work: Array, state: Array) -> int:
+    """Return for how many ticks no link can touch a surface; 0 where one may already.
+
+    It holds while the arm is not fast, see `is_fast`; where it is, for the next tick.
 
     Args:
         segments: rows (n, 8), see `Segment`.
         surfaces: rows (m, width) of those that stand still, see `surface_row`.
         arm: see `dynamics.Arm`.
-        work: see `dynamics.Work`; the links stand where they were at the last step.
-        ticks: to look ahead.
+        work: see `dynamics.Work`; the links stand where they were before the last step.
+        state: of the arm after it (12,).
     """
-    if surfaces.shape[0] == 0:
-        return False
     a, k = arm_of(arm), work_of(work)
-    margin = (ticks + 1) * a.period * FASTEST + STEP
+    most = a.period * max(FASTEST, 2.0 * speed_bound(state))  # that a link moves in a tick
+    least = LOOK_AGAIN * most
     p_S, normal = np.empty(3), np.empty(3)
     for row in range(segments.shape[0]):
         g = segment_of(segments[row])
@@ -91,11 +111,12 @@ def any_link_near(segments: Array, surfaces: Array, arm: Array, work: Array, tic
                 share = reached / length if length > 0.0 else 0.0
                 p_L = plus(start, times(share, along))
                 p_W = plus(vector(k.p_WL, link, 0), rotated(k.R_WL, link, p_L))
-                clear = clearance(surfaces[index], p_W, p_S, normal) - g.radius - margin
-                if clear < 0.0:
-                    return True
-                reached += max(clear, STEP)
-    return False
+                clear = clearance(surfaces[index], p_W, p_S, normal) - g.radius - STEP
+                least = min(least, 0.5 * clear)
+                if least < most:
+                    return 0
+                reached += max(0.5 * clear, STEP)
+    return int(least / most)
 
 
 def watched(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,22 +12,19 @@ from numba import float64, int64, types
 from scara_drake.common.block import TIME, arguments_of
 from scara_drake.engine.errors import NotCompilableError
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
+from scara_drake.engine.store import reading
 
 # Why the function came back before its last tick.
 DONE, NOT_FINITE, AT_LIMIT, NEAR = 0, 1, 2, 3
-_VECTOR, _ROWS, _WHOLE = float64[::1], float64[:, ::1], int64[::1]
 # The arguments before those of the blocks.
 FIXED: dict[str, types.Type] = {
     **dict.fromkeys(("first", "count", "last"), int64),
     **dict.fromkeys(("duration", "period", "log_period"), float64),
-    "watch": int64,
-    "cursor": _WHOLE,
-    "times": _VECTOR,
-    "records": _ROWS,
-    "stop": _WHOLE,
-    **dict.fromkeys(("arm", "work"), _VECTOR),
-    **dict.fromkeys(("segments", "surfaces"), _ROWS),
-    **dict.fromkeys(("no_force", "state"), _VECTOR),
+    **dict.fromkeys(("cursor", "stop"), int64[::1]),
+    "times": float64[::1],
+    "records": float64[:, ::1],
+    **dict.fromkeys(("address", "extent"), int64),
+    "places": int64[:, ::1],
 }
 
 
@@ -38,8 +35,8 @@ class Source:
     Attributes:
         lines: of the function.
         kernels: that it calls, by their names in it, each with the names of what it is passed.
-        arguments: buffers and parameters behind `FIXED`, by name, in order: the node, and the name
-            of the memory, the output, the input or the parameter.
+        arguments: buffers and parameters, by name, in order: the node, and the name of the memory,
+            the output, the input or the parameter.
         guards: what each guard against NaN looks at: the node and its inputs.
         slow: nodes with a period of their own, in the order of `cursor`.
     """
@@ -50,11 +47,17 @@ class Source:
     guards: list[tuple[str, list[str]]] = field(default_factory=list)
     slow: list[str] = field(default_factory=list)
 
-    @property
-    def text(self) -> str:
-        """The function, as it is compiled."""
-        head = f"def advance({', '.join([*FIXED, *self.arguments, *self.kernels])}):"
-        return "\n".join([head, *self.lines, ""])
+    def text(self, dimensions: Mapping[str, int]) -> str:
+        """Return the function as it is compiled: fixed arguments, other numbers, kernels.
+
+        Args:
+            dimensions: of the arrays in the store, by name, in order.
+        """
+        numbers = [name for name in self.arguments if name not in dimensions]
+        lines = ["memory = carray(pointer_to(address), (extent,), float64)"]
+        lines += [reading(name, row, n) for row, (name, n) in enumerate(dimensions.items())]
+        head = f"def advance({', '.join([*FIXED, *numbers, *self.kernels])}):"
+        return "\n".join([head, *(f"    {line}" for line in lines), *self.lines, ""])
 
 
 class Writer:
@@ -74,8 +77,12 @@ class Writer:
         self.others = [node for node in updated if not node.declaration.with_plant]
         self.sampled = [node for node in graph.nodes.values() if node.declaration.sample]
         self.slow = [node for node in self.others if _is_slow(node, period)]
-        if any(_is_slow(node, period) for node in self.with_plant):
-            raise NotCompilableError("a block that steps with the plant has another period")
+        for node in self.with_plant:
+            if _is_slow(node, period):
+                raise NotCompilableError(
+                    f"{node.name}: a period of {node.declaration.period:g} s beside that of the "
+                    f"plant, with which it steps, {period:g} s"
+                )
         self.made.slow = [node.name for node in self.slow]
 
     def line(self, text: str) -> None:
@@ -84,11 +91,14 @@ class Writer:
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
-        """Write the lines within under a head such as ``if ...:``."""
+        """Write the lines within, if there are any, under a head such as ``if ...:``."""
         self.line(head)
+        before = len(self.made.lines)
         self._depth += 1
         yield
         self._depth -= 1
+        if len(self.made.lines) == before:
+            self.made.lines.pop()
 
     @contextmanager
     def maybe(self, condition: str, time: str = TIME) -> Iterator[None]:
@@ -110,7 +120,7 @@ class Writer:
     def buffer(self, buffer: Buffer) -> str:
         """Return the name of a buffer in the text."""
         if buffer == STATE:
-            return "state"
+            return str(buffer)
         return self.argument(str(buffer), buffer.node, buffer.name)
 
     def run(self, name: str, kernel: Any, passed: list[str]) -> str:

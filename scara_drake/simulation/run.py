@@ -70,9 +70,6 @@ def simulate(
     and `engine` what ran it: "compiled" or "drake", for a reason that `engine_reason` tells.
     If the run fails, what was recorded is kept in a journal, which the error names.
 
-    Drake does not free a Diagram that has systems written in Python: each call leaves about 2 MB in
-    the process. For many runs there is `simulate_many`.
-
     Args:
         scenario: from `load_scenario`; it is not changed.
         duration: [s], in place of the scenario's.
@@ -144,10 +141,8 @@ def run_into(
         OSError: the journal cannot be written.
     """
     checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
-    checks.choice("engine", engine, ENGINES)
     seen = meshcat is not None or realtime_rate > 0.0
-    if engine == COMPILED and seen:
-        raise ValueError("engine: 'compiled', allowed auto, drake where the run is seen or paced")
+    check_engine(engine, seen)
     diagram = make_diagram(scenario, meshcat)
     if realtime_rate > 0.0:
         _warm_up(diagram, scenario.time_step)
@@ -172,6 +167,17 @@ def run_into(
         drake = DrakeStepper(diagram, realtime_rate)
         ended = advance(journal, drake, scenario, watch, realtime_rate)
         return replace(ended, engine=DRAKE, engine_reason=reason)
+
+
+def check_engine(engine: str, seen: bool) -> None:
+    """Check what is to run a Diagram, which somebody watches or not.
+
+    Raises:
+        ValueError: there is no such engine, or it cannot draw a run or keep it in real time.
+    """
+    checks.choice("engine", engine, ENGINES)
+    if engine == COMPILED and seen:
+        raise ValueError("engine: 'compiled', allowed auto, drake where a run is drawn or paced")
 
 
 def begin(journal: Journal, diagram: Diagram, engine: str, reason: str = "") -> None:
