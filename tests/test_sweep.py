@@ -67,11 +67,6 @@ def test_threads_give_the_bits_of_one(uninterrupted):
     assert sd.sweep(small_study(), jobs=3).identical(uninterrupted)
 
 
-def test_processes_give_the_bits_of_one(uninterrupted, monkeypatch):
-    monkeypatch.setattr(many, "RUNS_HERE", 3)
-    assert sd.sweep(small_study(), jobs=2).identical(uninterrupted)
-
-
 # The store.
 
 

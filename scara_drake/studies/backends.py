@@ -19,7 +19,6 @@ from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.many import MOST_JOBS, Failed, Figure, each_run, one_line, try_run
-from scara_drake.simulation.processes import RUNS_PER_PROCESS
 
 Result = TypeVar("Result")
 # Takes numbered scenarios and what is kept of a run; yields results as they come.
@@ -189,7 +188,7 @@ def ray_cluster(ray: Any, jobs: int, address: str | None) -> Iterator[Cluster]:
 class _Ray:
     def __init__(self, ray: Any) -> None:
         self._ray = ray
-        self._remote = ray.remote(num_cpus=1, max_calls=RUNS_PER_PROCESS)(_call)
+        self._remote = ray.remote(num_cpus=1)(_call)
         self.places = max(1, int(ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Hashable:
