@@ -138,6 +138,31 @@ def rotation_from_quaternion_kernel(quaternion: Array, R: Array) -> None:
 
 
 @njit(cache=True)
+def quaternion_from_rotation_kernel(R: Array, quaternion: Array) -> None:
+    """Write the quaternion (4,) w, x, y, z of a rotation (3, 3), with w of 0 or more.
+
+    The largest of the four is found from the diagonal first, as then nothing cancels (Shepperd,
+    1978).
+    """
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    w, x, y, z = quaternion[0:1], quaternion[1:2], quaternion[2:3], quaternion[3:4]
+    if trace >= R[0, 0] and trace >= R[1, 1] and trace >= R[2, 2]:
+        w[0] = 1.0 + trace
+        x[0], y[0], z[0] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    elif R[0, 0] >= R[1, 1] and R[0, 0] >= R[2, 2]:
+        w[0], x[0] = R[2, 1] - R[1, 2], 1.0 - (trace - 2.0 * R[0, 0])
+        y[0], z[0] = R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]
+    elif R[1, 1] >= R[2, 2]:
+        w[0], y[0] = R[0, 2] - R[2, 0], 1.0 - (trace - 2.0 * R[1, 1])
+        x[0], z[0] = R[0, 1] + R[1, 0], R[1, 2] + R[2, 1]
+    else:
+        w[0], z[0] = R[1, 0] - R[0, 1], 1.0 - (trace - 2.0 * R[2, 2])
+        x[0], y[0] = R[0, 2] + R[2, 0], R[1, 2] + R[2, 1]
+    length = np.sqrt((quaternion**2).sum())
+    quaternion /= length if w[0] >= 0.0 else -length
+
+
+@njit(cache=True)
 def _forward_kinematics_batch(q: Array, X_WE: Array) -> None:
     for i in range(q.shape[0]):
         tool_pose_kernel(q[i], X_WE[i, :3, 3], X_WE[i, :3, :3])

@@ -1,5 +1,7 @@
 """Plots of recordings: each function draws one thing into the axes it is given, and no more.
 
+`study_map` draws a study into a figure.
+
 Colours are those of `display.look`, as in the scene: what is desired is magenta, what is measured
 green, force red.
 """
@@ -19,6 +21,7 @@ from scara_drake.common import checks
 from scara_drake.display import look
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 from scara_drake.recordings.surfaces import KIND, facing, surfaces_of
+from scara_drake.studies.picture import study_map as study_map  # it is a plot like these
 
 Array = NDArray[np.float64]
 
@@ -74,6 +77,13 @@ def tool_path(recording: xr.Dataset, ax: Axes) -> None:
         if path.notnull().any():
             x, y = path.sel(axis="x"), path.sel(axis="y")
             ax.plot(x, y, color=color, linestyle=style, label=kind)
+    upright_walls(recording, ax)
+    ax.set_aspect("equal", adjustable="box")
+    finish(ax, "x [m]", "y [m]")
+
+
+def upright_walls(recording: xr.Dataset, ax: Axes) -> None:
+    """Draw the walls that stand upright, seen from above, into axes with the way of a tool."""
     limits = ax.axis()
     for wall in walls(recording):
         if abs(wall.normal[2]) < 0.99:
@@ -83,8 +93,6 @@ def tool_path(recording: xr.Dataset, ax: Axes) -> None:
             ax.plot(ends[:, 0], ends[:, 1], color=WALL, linewidth=3, label=wall.name)
             limits = _around(limits, wall.point[:2].tolist())
     ax.axis(limits)
-    ax.set_aspect("equal", adjustable="box")
-    finish(ax, "x [m]", "y [m]")
 
 
 def contact_force(recording: xr.Dataset, ax: Axes, surface: str | None = None) -> None:

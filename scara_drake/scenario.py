@@ -191,6 +191,20 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
     Raises:
         ValueError: no such scenario, unknown key, wrong type, or a number out of its bounds.
     """
+    scenario, unused = read_scenario(name_or_path, overrides)
+    for sentence in unused:
+        warnings.warn(sentence, UnusedSetting, stacklevel=2)
+    return scenario
+
+
+def read_scenario(
+    name_or_path: str | Path, overrides: dict[str, Any] | None = None
+) -> tuple[Scenario, list[str]]:
+    """Return a scenario, and a sentence for each setting that it has no use for; `load_scenario`.
+
+    Raises:
+        ValueError: as there.
+    """
     path = _find(name_or_path)
     file = shown(path.name, quotes=False)
     try:
@@ -207,9 +221,7 @@ def load_scenario(name_or_path: str | Path, overrides: dict[str, Any] | None = N
     resolve_files(scenario, path.parent)
     check_scenario(scenario)
     own = [name for name in in_file if getattr(scenario, name) != getattr(Scenario(), name)]
-    for sentence in unused_settings(scenario, dict.fromkeys([*own, *(overrides or {})])):
-        warnings.warn(sentence, UnusedSetting, stacklevel=2)
-    return scenario
+    return scenario, list(unused_settings(scenario, dict.fromkeys([*own, *(overrides or {})])))
 
 
 def dump_scenario(scenario: Scenario) -> str:

@@ -56,7 +56,8 @@ def test_every_command_has_a_module():
         "tune x",
         "replay x.nc",
         "recover x.journal",
-        "table x.nc",
+        "compare x.nc y.nc",
+        "export x.nc",
     )
     for line in lines:
         options = parser.parse_args(line.split())

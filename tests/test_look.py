@@ -21,7 +21,7 @@ from scara_drake.display.camera import set_camera
 from scara_drake.environment import Box, Cylinder, Environment, Surface, Wall
 from scara_drake.environment.scene import drawing
 from scara_drake.operator.joint_motion import JointMotion
-from scara_drake.replay.recording import read_surfaces
+from scara_drake.recordings.surfaces import read_blocks
 from scara_drake.replay.scene import HIDDEN, draw
 from scara_drake.scenario import dump_scenario
 from scara_drake.vectors import pose_vector
@@ -109,7 +109,7 @@ def replayed(force: list[float]) -> Window:
         coords={"time": [0.0, 1.0], "joint": list(joints.JOINT_NAMES)},
     )
     window = Window()
-    draw(meshcat.Visualizer(window=window), data, read_surfaces(dump_scenario(scenario)), 1.0)
+    draw(meshcat.Visualizer(window=window), data, read_blocks(dump_scenario(scenario)), 1.0)
     return window
 
 

@@ -25,7 +25,7 @@ from scara_drake.environment import (
 )
 from scara_drake.environment.own import OwnSurfaces
 from scara_drake.operator.joint_motion import JointMotion
-from scara_drake.replay.recording import read_surfaces
+from scara_drake.recordings.surfaces import read_blocks
 from scara_drake.scenario import dump_scenario, load_scenario
 from scara_drake.simulation.run import simulate
 
@@ -156,4 +156,4 @@ def test_plots_and_replay_of_its_recording_leave_it_out():
     scenario.environment = around(*scenario.environment.surfaces, Ball(centre=[0.0, 0.0, 9.0]))
     recording = simulate(scenario, duration=0.01)
     assert [wall.name for wall in plotting.walls(recording)] == ["wall"]
-    assert len(read_surfaces(dump_scenario(scenario))) == 1
+    assert len(read_blocks(dump_scenario(scenario))) == 1

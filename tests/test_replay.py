@@ -25,14 +25,15 @@ from pydrake.systems.framework import DiagramBuilder
 from scara_drake import environment as surroundings
 from scara_drake import load_scenario, robot, save_recording, simulate
 from scara_drake.common.resources import resource
+from scara_drake.common.urdf import link_poses, read_visuals
 from scara_drake.environment import Environment, Wall
 from scara_drake.joints import HOME, JOINT_NAMES, LOWER, UPPER
 from scara_drake.kinematics import forward_kinematics
+from scara_drake.recordings.surfaces import read_blocks
 from scara_drake.replay import player as replay
 from scara_drake.replay.page import animation_of
-from scara_drake.replay.recording import load, read_surfaces
+from scara_drake.replay.recording import load
 from scara_drake.replay.scene import HIDDEN, draw
-from scara_drake.replay.urdf import link_poses, read_visuals
 from scara_drake.scenario import dump_scenario
 
 URDF = ET.parse(resource("models", "scara6.urdf")).getroot()
@@ -191,7 +192,7 @@ def test_a_wall_is_where_the_environment_has_it() -> None:
     walls = [Wall(name=f"{i}", normal=n.tolist(), thickness=0.2) for i, n in enumerate(normals)]
     scenario = load_scenario("teleoperation")
     scenario.environment = Environment([*walls])
-    read = read_surfaces(dump_scenario(scenario))
+    read = read_blocks(dump_scenario(scenario))
     for (size, X_WB, _), wall in zip(read, walls, strict=True):
         X = wall.pose().GetAsMatrix4()
         X[:3, 3] -= wall.thickness / 2 * X[:3, 2]
@@ -204,7 +205,7 @@ def test_a_box_and_a_pipe_are_where_the_environment_has_them() -> None:
     pipe = surroundings.Cylinder(direction=[0.6, 0.0, -0.8], radius=0.2, length=1.1)
     scenario = load_scenario("teleoperation")
     scenario.environment = Environment([box, pipe])
-    read = read_surfaces(dump_scenario(scenario))
+    read = read_blocks(dump_scenario(scenario))
     for (_, X_WB, _), surface in zip(read, (box, pipe), strict=True):
         np.testing.assert_allclose(X_WB, surface.pose().GetAsMatrix4(), rtol=0, atol=1e-12)
     assert [block.size for block in read] == [[0.5, 0.6, 0.7], [0.2, 1.1]]
@@ -216,7 +217,7 @@ def test_tags_of_a_scenario_are_passed_over() -> None:
     text = text.replace(
         "normal: [0.0,", "size: [2, 1e-05]\n      thickness: 1\n      normal: [0.0,"
     )
-    ((size, X_WB, _),) = read_surfaces(text)
+    ((size, X_WB, _),) = read_blocks(text)
     assert size == [2.0, 1e-5, 1.0]
     np.testing.assert_allclose(X_WB[:3, 3], [0.8, -1.55, 3.0], atol=1e-12)
 

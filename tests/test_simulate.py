@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from scara_drake.simulation.run import run
 
 FINGERPRINT = """
 import hashlib, sys, scara_drake as sd
-d = sd.simulate(sd.load_scenario("teleoperation", {"duration": 0.3, "seed": 5}))
+d = sd.simulate(sd.load_scenario("teleoperation", {"duration": 0.3, "seed": 5}), engine=sys.argv[1])
 print(hashlib.sha256(b"".join(d[v].values.tobytes() for v in sorted(d.data_vars))).hexdigest())
 """
 
@@ -28,14 +29,19 @@ def fingerprint(dataset):
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
-def test_a_seed_gives_the_same_bits_everywhere():
+@pytest.mark.parametrize("engine", ["compiled", "drake"])
+def test_a_seed_gives_the_same_bits_everywhere(engine):
     scenario = load_scenario("teleoperation", {"duration": 0.3, "seed": 5})
-    first = fingerprint(simulate(scenario))
-    assert fingerprint(simulate(scenario)) == first
-    assert fingerprint(simulate(scenario, meshcat=Meshcat())) == first
-    assert fingerprint(simulate(scenario, realtime_rate=1.0)) == first
+    first = fingerprint(simulate(scenario, engine=engine))
+    assert fingerprint(simulate(scenario, engine=engine)) == first
+    if engine == "drake":
+        assert fingerprint(simulate(scenario, meshcat=Meshcat())) == first
+        assert fingerprint(simulate(scenario, realtime_rate=1.0)) == first
+    else:
+        with ThreadPoolExecutor(4) as threads:
+            assert set(threads.map(fingerprint, threads.map(simulate, [scenario] * 8))) == {first}
     other = subprocess.run(
-        [sys.executable, "-c", FINGERPRINT], capture_output=True, text=True, check=True
+        [sys.executable, "-c", FINGERPRINT, engine], capture_output=True, text=True, check=True
     )
     assert other.stdout.strip() == first
 
@@ -160,7 +166,8 @@ def test_an_interrupt_keeps_what_was_recorded(tmp_path):
     assert load_recording(journal).identical(result.recording)
 
 
-def test_memory_stays_flat_while_it_runs(tmp_path, monkeypatch):
+@pytest.mark.parametrize(("engine", "duration"), [("drake", 3.0), ("compiled", 30.0)])
+def test_memory_stays_flat_while_it_runs(tmp_path, monkeypatch, engine, duration):
     """What is held between blocks does not grow with them: the samples are in the journal."""
     held = []
 
@@ -173,7 +180,8 @@ def test_memory_stays_flat_while_it_runs(tmp_path, monkeypatch):
     monkeypatch.setattr(sys.modules[run.__module__], "Journal", WatchedJournal)
     tracemalloc.start()
     try:
-        run(load_scenario("mast_step", {"duration": 3.0}), tmp_path / "run.journal")
+        scenario = load_scenario("mast_step", {"duration": duration})
+        run(scenario, tmp_path / "run.journal", engine=engine)
     finally:
         tracemalloc.stop()
     assert len(held) > 25

@@ -16,6 +16,7 @@ from scara_drake.control.inverse_dynamics import InverseDynamics
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.scenario import check_scenario
+from scara_drake.simulation import many
 from scara_drake.tuning import trials as tuning
 from scara_drake.tuning.cost import Aim, Cost, Figures, itae, rms
 from scara_drake.tuning.search import tune
@@ -329,40 +330,40 @@ def test_a_file_that_is_no_study_is_refused_and_left_alone(tmp_path):
 
 
 def test_a_run_that_fails_has_no_cost(tmp_path, monkeypatch):
-    simulated, count = tuning.run, 0
+    simulated, count = many.run, 0
 
-    def run(*arguments):
+    def run(*arguments, **more):
         nonlocal count
         count += 1
         if count == 2:
             raise RuntimeError("controller: state[3] is nan")
-        return simulated(*arguments)
+        return simulated(*arguments, **more)
 
-    monkeypatch.setattr(tuning, "run", run)
+    monkeypatch.setattr(many, "run", run)
     result = tune(short(), trials=4)
     assert (result.trials, result.failed) == (4, 1)
     assert np.isfinite(result.best_cost)
 
 
 def test_a_start_that_fails_is_an_error(monkeypatch):
-    def run(*arguments):
+    def run(*arguments, **more):
         raise RuntimeError("controller: state[3] is nan")
 
-    monkeypatch.setattr(tuning, "run", run)
+    monkeypatch.setattr(many, "run", run)
     with pytest.raises(RuntimeError, match=r"state\[3\] is nan"):
         tune(short(), trials=4)
 
 
 def test_an_interrupt_ends_the_search_with_the_best_so_far(monkeypatch):
-    simulated, count = tuning.run, 0
+    simulated, count = many.run, 0
 
-    def run(*arguments):
+    def run(*arguments, **more):
         nonlocal count
         count += 1
-        result = simulated(*arguments)
+        result = simulated(*arguments, **more)
         return replace(result, ended_by="interrupt") if count == stop else result
 
-    monkeypatch.setattr(tuning, "run", run)
+    monkeypatch.setattr(many, "run", run)
     stop = 3
     result = tune(short(), trials=50)
     assert result.interrupted

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES
 from scara_drake.replay.arguments import add_arguments as add_replay_arguments
 
@@ -43,6 +44,14 @@ on where it was, and a larger --trials adds to it. Ctrl-C writes the best gains 
   scara-drake tune joint_sine --trials 60 --duration 3 --study runs/joint_sine.db
   scara-drake run runs/joint_sine_tuned.yaml
 """
+SWEEP_EPILOG: Final = """\
+A study names a scenario, the fields to vary and the figures to keep; docs/studies.md has them all.
+Every run is kept in the store as it ends: the same command, given again after an interrupt or a
+kill, goes on where it was.
+
+  scara-drake sweep payload_delay --picture runs/payload_delay.png
+  scara-drake sweep my_study.yaml --store runs/mine.nc --backend dask --address HOST:PORT
+"""
 # Of `scara_drake.ik`, whose import takes seconds.
 IK_METHODS: Final = (
     "closed_form",
@@ -76,9 +85,11 @@ def make_parser() -> argparse.ArgumentParser:
         _add_diagrams,
         _add_ik,
         _add_tune,
+        _add_sweep,
         _add_replay,
         _add_recover,
-        _add_table,
+        _add_compare,
+        _add_export,
     ):
         add(commands)
     return parser
@@ -105,6 +116,11 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
+    parser.add_argument(
+        "--engine",
+        default="auto",
+        help="auto, compiled or drake: what runs it (default auto: compiled where nobody watches)",
+    )
     _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
 
@@ -155,13 +171,34 @@ def _add_recover(commands: Any) -> None:
     parser.set_defaults(module="scara_drake.cli.recover", extra="")
 
 
-def _add_table(commands: Any) -> None:
-    parser = commands.add_parser("table", help="write a recording as a table, one row a sample")
+def _add_compare(commands: Any) -> None:
+    parser = commands.add_parser("compare", help="recordings beside each other: what differs")
+    parser.add_argument(
+        "recordings", nargs="+", type=Path, metavar="FILE.nc", help="the others against the first"
+    )
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE.html", help="page with the tables and the curves"
+    )
+    parser.set_defaults(module="scara_drake.cli.compare", extra="")
+
+
+def _add_export(commands: Any) -> None:
+    formats = "\n".join(f"  {name:8} {each.suffix:8} {each.what}" for name, each in FORMATS.items())
+    parser = commands.add_parser(
+        "export",
+        help="write a recording for other programs: CSV, Parquet, MCAP, rerun, trace",
+        description="Write a recording, or a journal, in a format of other programs.",
+        epilog=f"formats:\n{formats}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("recording", type=Path, metavar="FILE.nc")
     parser.add_argument(
-        "--csv", type=Path, metavar="FILE.csv", help="default: beside it, by its name"
+        "--to", metavar="FORMAT", help="default: what the output's suffix says, or csv"
     )
-    parser.set_defaults(module="scara_drake.cli.table", extra="")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="OUT", help="default: beside it, by its name"
+    )
+    parser.set_defaults(module="scara_drake.cli.export", extra="")
 
 
 def _add_ik(commands: Any) -> None:
@@ -270,3 +307,26 @@ def _add_tune(commands: Any) -> None:
         "--jobs", type=int, default=1, metavar="N", help="processes that simulate (default 1)"
     )
     parser.set_defaults(module="scara_drake.cli.tune", extra="tune")
+
+
+def _add_sweep(commands: Any) -> None:
+    parser = commands.add_parser(
+        "sweep",
+        help="run a study: a scenario over parameters, draws or seeds",
+        description="Run a study: a scenario over parameters, draws or seeds.",
+        epilog=SWEEP_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("study", help="name of a shipped study, or a YAML file")
+    parser.add_argument("--store", type=Path, metavar="OUT.nc", help="default runs/STUDY.nc")
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="runs side by side on this machine (default: cores)"
+    )
+    parser.add_argument(
+        "--backend", default="local", metavar="WHERE", help="local (default), dask or ray"
+    )
+    parser.add_argument(
+        "--address", metavar="HOST:PORT", help="of the cluster (default: workers on this machine)"
+    )
+    parser.add_argument("--picture", type=Path, metavar="OUT.png", help="draw the result")
+    parser.set_defaults(module="scara_drake.cli.sweep", extra="")

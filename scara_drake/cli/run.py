@@ -25,7 +25,7 @@ from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
-from scara_drake.simulation.run import Run, run_into
+from scara_drake.simulation.run import Run, check_engine, run_into
 from scara_drake.stability.foresee import foresee
 
 
@@ -47,6 +47,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     record = options.record or Path("runs") / f"{scenario.name}.nc"
     check_output("--record", record, ".nc")
     check_output("--html", options.html, ".html")
+    check_engine(options.engine, not (options.no_meshcat and options.no_realtime))
     if options.html and options.no_meshcat:
         raise ValueError("--html: needs the scene, allowed without --no-meshcat")
     if options.html:
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         meshcat = None if options.no_meshcat else _open_scene(options, scenario, console)
         rate = 0.0 if options.no_realtime else 1.0
         with _notes_told():
-            ended = run_into(journal, scenario, rate, meshcat, True, signals)
+            ended = run_into(journal, scenario, rate, meshcat, True, signals, options.engine)
             _keep(journal, record)
         with open_recording(record) as recording:
             verdict = metrics.verdict(recording)

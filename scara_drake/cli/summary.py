@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from typing import Any
 
 import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
-from scara_drake import joints, metrics
+from scara_drake import metrics
+from scara_drake.metrics import curves
 from scara_drake.metrics.links import LINKS
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.run import Run
-
-SETTLING: Final = 1.0  # [s], left out of the tracking figures: the drives take up the weight
 
 Row = tuple[str, str, str]
 
@@ -24,9 +23,7 @@ def print_summary(
 ) -> None:
     """Print a table of how well a run followed its references, and what came of it."""
     recording = result.recording
-    settled = recording.sel(time=slice(SETTLING, None))
-    if settled.sizes["time"] < 2:
-        settled = recording
+    settled = curves.settled(recording)
     table = Table(title=f"{scenario.name}: {result.simulated:.1f} s", title_justify="left")
     table.add_column("after the first second")
     table.add_column("RMS", justify="right")
@@ -36,6 +33,8 @@ def print_summary(
             table.add_row(*row)
     table.add_row("real-time factor", f"{result.real_time_factor:.2f}", "")
     console.print(table)
+    if result.engine_reason:
+        _say(console, f"Drake ran it: {result.engine_reason}")
     if recording.attrs.get("device"):
         _say(console, f"Operator: {recording.attrs['device']}")
     print_first_posture(console, recording.attrs)
@@ -54,18 +53,13 @@ def _say(console: Console, sentence: str) -> None:
 
 
 def _tracking(settled: xr.Dataset) -> Iterator[Row]:
-    error = metrics.tracking_error(settled)
-    for joint in joints.JOINT_NAMES:
-        unit = "mm" if joint == "d1" else "mrad"
-        yield _error(f"{joint} error", error.sel(joint=joint), unit)
-    yield _error("tool from its reference", metrics.tool_error(settled), "mm")
+    for curve in (*curves.JOINT_ERRORS, curves.TOOL_ERROR):
+        yield from _error(curve, settled)
 
 
 def _command(settled: xr.Dataset) -> Iterator[Row]:
-    for name, delayed in (("delayed command", True), ("command as sent", False)):
-        error = metrics.command_error(settled, delayed)
-        if bool(error.notnull().all()):
-            yield _error(f"tool from the {name}", error, "mm")
+    for curve in curves.COMMAND_ERRORS:
+        yield from _error(curve, settled)
     for name, share in metrics.status_shares(settled).items():
         yield f"received command {name}", f"{100.0 * share:.1f} %", ""
 
@@ -89,12 +83,11 @@ def _links(recording: xr.Dataset) -> Iterator[Row]:
             yield f"longest gap {link}", "", f"{1e3 * found.longest_gap:.0f} ms"
 
 
-def _error(name: str, error: xr.DataArray, unit: str) -> Row:
-    return (
-        name,
-        f"{1e3 * float(metrics.rmse(error)):.3f} {unit}",
-        f"{1e3 * float(metrics.peak(error)):.3f} {unit}",
-    )
+def _error(curve: curves.Curve, recording: xr.Dataset) -> Iterator[Row]:
+    error = curve.shown(recording)
+    if error is not None:
+        rms, largest = float(metrics.rmse(error)), float(metrics.peak(error))
+        yield curve.name, f"{rms:.3f} {curve.unit}", f"{largest:.3f} {curve.unit}"
 
 
 def print_first_posture(console: Console, attributes: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""A new file under a name that only one process writes at a time."""
+"""A file that only one process writes at a time."""
 
 from __future__ import annotations
 
@@ -22,20 +22,35 @@ def claim(path: str | Path) -> tuple[FileIO, Path | None]:
         OSError: the folder cannot be written.
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
     left_behind = None
+    while True:
+        file = claim_as_it_is(target)
+        if os.fstat(file.fileno()).st_size == 0:
+            return file, left_behind
+        left_behind = _set_aside(target)
+        file.close()
+
+
+def claim_as_it_is(path: str | Path) -> FileIO:
+    """Open a file, or create it, such that nobody else can claim it until it is closed.
+
+    Returns:
+        The file, to write and read, at its beginning.
+
+    Raises:
+        ValueError: another process is writing it.
+        OSError: the folder cannot be written.
+    """
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
     while True:
         file = FileIO(os.open(target, os.O_RDWR | os.O_CREAT, 0o666), "r+")
         if not _lock(file):
             file.close()
             raise ValueError(f"output: '{target}', allowed one that no other run is writing")
-        if not _is_at(file, target):  # removed or renamed since it was opened
-            file.close()
-        elif os.fstat(file.fileno()).st_size == 0:
-            return file, left_behind
-        else:
-            left_behind = _set_aside(target)
-            file.close()
+        if _is_at(file, target):  # not removed or renamed since it was opened
+            return file
+        file.close()
 
 
 def _lock(file: FileIO) -> bool:

@@ -11,6 +11,7 @@ from scara_drake import joints, robot
 from scara_drake.common.block import Memory
 from scara_drake.common.fields import ABOVE_ZERO, vector, words
 from scara_drake.common.layout import Layout
+from scara_drake.common.scratch import scratch
 from scara_drake.control.chatter import Slopes, check_chatter
 from scara_drake.control.controller import JointController, Law, release
 from scara_drake.control.gravity import LINKS, gravity_effort, gravity_parameters
@@ -88,7 +89,8 @@ def ismc_initialize(
 ) -> None:
     """Apply the law on the sliding surface, z = sigma; both states are of one instant."""
     p, m = parameters_of(parameters), integral_of(memory)
-    sigma, feedforward = np.empty(6), np.zeros(6)
+    sigma, feedforward = scratch(6), scratch(6)
+    feedforward[:] = 0.0
     sliding_surface(state_desired, state, gains_of(p.gains).c, 0.0, sigma)
     m.z[:], m.v_desired[:] = sigma, state_desired[6:]
     add_feedforward(state_desired, state, parameters, memory, feedforward)
@@ -112,7 +114,8 @@ def ismc_update(
     """Apply the law; the reference is one period old."""
     p, m = parameters_of(parameters), integral_of(memory)
     g = gains_of(p.gains)
-    sigma, feedforward = np.empty(6), np.zeros(6)
+    sigma, feedforward = scratch(6), scratch(6)
+    feedforward[:] = 0.0
     add_feedforward(state_desired, state, parameters, memory, feedforward)
     sliding_surface(state_desired, state, g.c, g.period[0], sigma)
     ismc_law(

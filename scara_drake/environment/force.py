@@ -4,6 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.scratch import scratch
 from scara_drake.environment.law import DRAKE, course_at, force_by, surface_of
 from scara_drake.environment.surfaces import surface_distance
 from scara_drake.kinematics import tool_kinematics_kernel
@@ -28,7 +29,7 @@ def contact_force(
         f_W: receives the force.
     """
     f_W[:] = 0.0
-    p_S, normal_S, normal_W = np.empty(3), np.empty(3), np.empty(3)
+    p_S, normal_S, normal_W = scratch(3), scratch(3), scratch(3)
     for i in range(surfaces.shape[0]):
         s = surface_of(surfaces[i])
         penetration[i] = 0.0
@@ -65,9 +66,10 @@ def tool_contact(
     generalized_force: Array,
 ) -> None:
     """Write the contact of the tool point of a robot state (12,), and J_vᵀ f (6,) [N, N m]."""
-    p, v, R, J = np.empty(3), np.zeros(3), np.empty((3, 3)), np.empty((6, 6))
+    p, v, R, J = scratch(3), scratch(3), scratch(3, 3), scratch(6, 6)
     tool_kinematics_kernel(state[:6], p, R, J)
     for i in range(3):
+        v[i] = 0.0
         for j in range(6):
             v[i] += J[3 + i, j] * state[6 + j]
     f = f_env_on_tool_W

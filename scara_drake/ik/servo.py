@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.scratch import scratch
 from scara_drake.ik.kernels.errors import error_kernel
 from scara_drake.ik.kernels.limiter import (
     follow_command,
@@ -76,8 +77,8 @@ def resolve_rates(
         rates: result (6,).
     """
     now, s, bounds = servo_state_of(servo_state), settings_of(settings), limits_of(limits)
-    p, R, R_desired = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    v, w = np.empty(3), np.empty(3)
+    p, R, R_desired = scratch(3), scratch(3, 3), scratch(3, 3)
+    v, w = scratch(3), scratch(3)
     dt = s.period
     tool_pose_kernel(q, p, R)
     rotation_from_quaternion_kernel(now.quaternion, R_desired)
@@ -149,7 +150,8 @@ def servo_step(
         limits: see `limiter.Limits`.
     """
     desired, now, s = state_of(state_desired), servo_state_of(servo_state), settings_of(settings)
-    q, good, rates = desired.q.copy(), servo_state.copy(), np.empty(6)
+    q, good, rates = scratch(6), scratch(17), scratch(6)
+    q[:], good[:] = desired.q, servo_state
     cut = follow_command(tool_command, servo_state, settings, limits)
     resolve_rates(servo_state, q, settings, limits, rates)
     position_only = s.position_first > 0.0
@@ -181,7 +183,7 @@ def retreat(
     slowest, rate = 1.0, limits_of(limits).rate
     for i in range(6):
         slowest = max(slowest, abs(there[i] - desired.q[i]) / (RETREAT_SHARE * period * rate[i]))
-    R, R_ahead, w = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    R, R_ahead, w = scratch(3, 3), scratch(3, 3), scratch(3)
     rotation_from_quaternion_kernel(now.quaternion, R)
     rotation_from_quaternion_kernel(then.quaternion, R_ahead)
     rotation_vector_kernel(R_ahead, R, w)
@@ -199,7 +201,7 @@ def retreat(
 @njit(cache=True)
 def share_of_tolerance(servo_state: Array, q: Array, position_only: bool) -> float:
     """Return the larger of the errors of q (6,) at the limiter's pose, in their tolerances."""
-    now, R_desired = servo_state_of(servo_state), np.empty((3, 3))
+    now, R_desired = servo_state_of(servo_state), scratch(3, 3)
     rotation_from_quaternion_kernel(now.quaternion, R_desired)
     position, rotation = error_kernel(q, now.p, R_desired)
     share = position / POSITION_TOLERANCE
@@ -225,7 +227,7 @@ def leads_back(
     command, now, then = tool_command_of(tool_command), servo_state_of(good), servo_state_of(ahead)
     s, most = settings_of(settings), limits_of(limits)
     position_only, held = s.position_first > 0.0, there.copy()
-    R, R_ahead, w = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    R, R_ahead, w = scratch(3, 3), scratch(3, 3), scratch(3)
     rotation_from_quaternion_kernel(now.quaternion, R)
     rotation_from_quaternion_kernel(command.quaternion, R_ahead)
     angle = rotation_vector_kernel(R_ahead, R, w)
@@ -241,7 +243,7 @@ def leads_back(
     rotation_from_quaternion_kernel(then.quaternion, R_ahead)
     bounds = Bounds(first_joint, most.lower.copy(), most.upper.copy())
     length = 0.0 if position_only else ROTATION_LENGTH
-    descent, none, here = Descent(length, FAR, AHEAD_STEPS, False), np.empty((0, 2)), held.copy()
+    descent, none, here = Descent(length, FAR, AHEAD_STEPS, False), scratch(0, 2), held.copy()
     refine_kernel(here, Goal(now.p.copy(), R, bounds), descent, none)
     refine_kernel(there, Goal(then.p.copy(), R_ahead, bounds), descent, none)
     after = share_of_tolerance(ahead, there, position_only)

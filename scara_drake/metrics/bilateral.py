@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 BAND = (0.1, 10.0)  # [Hz]
 BINS = 3  # neighbours that a spectrum is averaged over
+STEADY = 0.25  # last share of a press, its steady part; the first is a transient
+SWING = 0.25  # ripple, over the force that the hand has for all of its way, of a stable press
 
 
 def age_of_information(recording: xr.Dataset, link: str) -> xr.DataArray:
@@ -94,6 +96,30 @@ def is_driven(recording: xr.Dataset, mass: float, available: float) -> bool:
     """
     speed = _size(recording.v_master).max("time")
     return bool(0.5 * mass * speed**2 >= available)
+
+
+def steady_press(recording: xr.Dataset, begin: float, end: float) -> xr.Dataset:
+    """Return the steady part of a press that the hand holds from `begin` to `end` [s]."""
+    return recording.sel(time=slice(end - STEADY * (end - begin), end))
+
+
+def is_stable_press(
+    recording: xr.Dataset, begin: float, end: float, way: float, stiffness: float, mass: float
+) -> bool:
+    """Whether the force rests in the steady part, and nothing but the hand moves the device.
+
+    Args:
+        recording: of a press.
+        begin: when the hand has arrived [s].
+        end: when it begins to let go [s].
+        way: of the hand [m].
+        stiffness: of the hand [N/m].
+        mass: of the device [kg].
+    """
+    resting = recording.sel(time=slice(begin + STEADY * (end - begin), end))
+    ripple = force_ripple(steady_press(recording, begin, end))
+    thrown = 0.5 * stiffness * way**2
+    return ripple < SWING * stiffness * way and not is_driven(resting, mass, thrown)
 
 
 def energy_margin(recording: xr.Dataset, reserve: float = 0.0) -> float:

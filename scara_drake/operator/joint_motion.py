@@ -13,8 +13,12 @@ from scara_drake.common.block import Block, Declaration, Output
 from scara_drake.common.fields import number, vector
 from scara_drake.common.layout import Layout
 from scara_drake.common.motion import minimum_jerk, minimum_jerk_rate
-from scara_drake.kinematics import forward_kinematics
-from scara_drake.vectors import pose_vector
+from scara_drake.kinematics import (
+    forward_kinematics,
+    quaternion_from_rotation_kernel,
+    tool_pose_kernel,
+)
+from scara_drake.vectors import pose_of
 
 Array = NDArray[np.float64]
 
@@ -63,11 +67,15 @@ def joint_reference(t: float, motion: Array, state_desired: Array) -> None:
         v[i] = m.amplitude[i] * m.frequency[i] * np.cos(angle) + m.displacement[i] * move_rate
 
 
+@njit(cache=True)
 def desired_pose(t: float, motion: Array, X_WE_desired: Array) -> None:
     """Write the tool pose (7,) of the reference at time t."""
-    state = np.empty(12)
+    state, p, R = np.empty(12), np.empty(3), np.empty((3, 3))
     joint_reference(t, motion, state)
-    X_WE_desired[:] = pose_vector(state[:6])
+    tool_pose_kernel(state[:6], p, R)
+    pose = pose_of(X_WE_desired)
+    pose.p[:] = p
+    quaternion_from_rotation_kernel(R, pose.quaternion)
 
 
 @dataclass

@@ -12,6 +12,7 @@ from scara_drake.common.block import Block, Declaration, Input, Memory, Output
 from scara_drake.common.draws import normal
 from scara_drake.common.fields import number, vector
 from scara_drake.common.layout import Cell, Layout
+from scara_drake.common.scratch import scratch
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def encoder_sample(
 @njit(cache=True)
 def encoder_step(state: Array, sensors: Array, seed: int, samples: Array) -> None:
     """Take over into the memory what the encoders show of a state (12,)."""
-    measured = np.empty(12)
+    measured = scratch(12)
     encoder_sample(state, sensors, seed, samples, measured)
     m = samples_of(samples)
     m.count[()] += 1.0

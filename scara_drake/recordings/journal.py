@@ -3,10 +3,7 @@
 NetCDF (HDF5) files that are cut at any byte are lost; a run therefore writes this journal while it
 goes, and the NetCDF file is made from it at the end.
 
-The file is a line that names the format, and blocks. A block is its kind (4 bytes), the length of
-its content (8 bytes), a CRC-32 (4 bytes), all little-endian, and the content. The checksum covers
-kind, length, content and the checksum before it: so no byte can change and no block can go, come or
-move without being noticed.
+The file is a line that names the format, and blocks with checksums, see `common.blocks`.
 
 | kind | content |
 |---|---|
@@ -19,23 +16,21 @@ from __future__ import annotations
 
 import json
 import os
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from struct import Struct, error
 from types import TracebackType
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scara_drake.common.blocks import BlockWriter, whole_blocks
 from scara_drake.common.claimed_file import claim
 
 Array = NDArray[np.float64]
 
 MAGIC: Final = b"scara_drake journal 2\n"
-FRAME: Final = Struct("<4sQI")  # kind, length, checksum
 HEAD, DATA, DONE = b"HEAD", b"DATA", b"DONE"
 AT_ONCE: Final = 4096  # samples
 CUT_OFF: Final = "cut off"  # what ended a run whose journal does not say it
@@ -61,15 +56,20 @@ class Journal:
         """
         self.path = Path(path)
         self._file, self.left_behind = claim(self.path)
-        self._checksum = 0
+        self._blocks = BlockWriter(self._file)
         self._width = 0
         self.has_samples = False
 
     def begin(self, description: dict[str, Any], width: int) -> None:
-        """Write what the run says of itself; samples have `width` values."""
-        self._width = width
+        """Write what the run says of itself; samples have `width` values.
+
+        What has been written before is forgotten.
+        """
+        self._file.seek(0)
+        self._file.truncate()
+        self._checksum, self._width, self.has_samples = 0, width, False
         head = {"width": width, "description": description}
-        self._write(HEAD, json.dumps(head).encode(), MAGIC)
+        self._blocks.write(HEAD, json.dumps(head).encode(), MAGIC)
 
     def append(self, times: Array, values: Array) -> None:
         """Append samples at times (n,) with values (n, width).
@@ -80,12 +80,14 @@ class Journal:
         if times.size:
             if values.shape != (times.size, self._width):
                 raise ValueError(f"values: shape {values.shape}, allowed (n, {self._width})")
-            self._write(DATA, b"".join(np.asarray(a, "<f8").tobytes() for a in (times, values)))
+            self._blocks.write(
+                DATA, b"".join(np.asarray(a, "<f8").tobytes() for a in (times, values))
+            )
             self.has_samples = True
 
     def end(self, by: str, at: float) -> None:
         """Write what ended the run, and when [s]."""
-        self._write(DONE, json.dumps({"by": by, "at": at}).encode())
+        self._blocks.write(DONE, json.dumps({"by": by, "at": at}).encode())
 
     def remove(self) -> None:
         """Remove the file: its samples are elsewhere now."""
@@ -97,20 +99,6 @@ class Journal:
         if not self.has_samples and not self._file.closed:
             self.path.unlink(missing_ok=True)
         self._file.close()
-
-    def _write(self, kind: bytes, content: bytes, before: bytes = b"") -> None:
-        checksum = _checksum(kind, content, self._checksum)
-        block = before + FRAME.pack(kind, len(content), checksum) + content
-        start = self._file.tell()
-        rest = memoryview(block)
-        try:
-            while rest:
-                rest = rest[self._file.write(rest) :]
-        except OSError:
-            self._file.truncate(start)
-            self._file.seek(start)
-            raise
-        self._checksum = checksum
 
     def __enter__(self) -> Journal:
         return self
@@ -206,7 +194,7 @@ def survey(path: str | Path) -> Contents:
             whole = len(MAGIC)
             if file.read(whole) != MAGIC:
                 raise refusal
-            for kind, content in _whole_blocks(file):
+            for kind, content, _ in whole_blocks(file):
                 if kind == HEAD:
                     head = json.loads(content)
                 elif kind == DATA:
@@ -230,25 +218,3 @@ def survey(path: str | Path) -> Contents:
         ended_at=done["at"],
         lost=lost,
     )
-
-
-def _whole_blocks(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
-    """Yield kind and content of block after block, up to the first that is damaged."""
-    before = 0
-    size = os.fstat(file.fileno()).st_size
-    while True:
-        try:
-            kind, length, checksum = FRAME.unpack(file.read(FRAME.size))
-        except error:
-            return
-        if length > size - file.tell():
-            return
-        content = file.read(length)
-        if _checksum(kind, content, before) != checksum:
-            return
-        before = checksum
-        yield kind, content
-
-
-def _checksum(kind: bytes, content: bytes, before: int) -> int:
-    return zlib.crc32(content, zlib.crc32(FRAME.pack(kind, len(content), before)))

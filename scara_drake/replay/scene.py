@@ -16,11 +16,10 @@ from meshcat.transformations import rotation_matrix, translation_matrix
 from numpy.typing import NDArray
 
 from scara_drake.common.resources import resource
+from scara_drake.common.urdf import link_poses, read_visuals
 from scara_drake.display import look
 from scara_drake.joints import JOINT_NAMES
-from scara_drake.recordings.surfaces import facing
-from scara_drake.replay.recording import Block
-from scara_drake.replay.urdf import link_poses, read_visuals
+from scara_drake.recordings.surfaces import Block, facing
 
 Array = NDArray[np.float64]
 Poses = dict[str, Array]  # by scene path, (n, 4, 4): one of each frame

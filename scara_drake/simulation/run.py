@@ -1,15 +1,13 @@
-"""Run a scenario: in blocks, with a journal, pacing, progress and a clean end."""
+"""Run a scenario: what builds it, chooses its engine, and ends it cleanly."""
 
 from __future__ import annotations
 
 import copy
-import math
 import shutil
 import tempfile
-import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
-from dataclasses import asdict, dataclass
+from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -20,23 +18,26 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
 from scara_drake.common import checks
-from scara_drake.common.finite import naming_nan
 from scara_drake.diagram import make_diagram
 from scara_drake.display.camera import show_whole
 from scara_drake.display.controls import OverviewButton, StopButton
-from scara_drake.recordings.dataset import BY_DURATION
+from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.recordings.files import load_recording
 from scara_drake.recordings.journal import Journal
-from scara_drake.recordings.recorder import drain, metadata
+from scara_drake.recordings.recorder import metadata
 from scara_drake.scenario import Scenario
+from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.progress import ProgressLine
+from scara_drake.simulation.steppers import (
+    AUTO,
+    COMPILED,
+    DRAKE,
+    ENGINES,
+    DrakeStepper,
+    compiled_stepper,
+)
 from scara_drake.wiring.show import show_robot
-
-# Simulated time between two looks at the log, the Stop button and the clock.
-BLOCK = 0.1  # [s]
-# A run that is later than this behind the clock starts its pacing afresh, without a sprint.
-MAX_LAG = 0.2  # [s]
 
 
 @runtime_checkable
@@ -47,34 +48,7 @@ class Closable(Protocol):
         """Let go of it; called once, after the run."""
 
 
-@dataclass(frozen=True)
-class Ended:
-    """What a run was.
-
-    Attributes:
-        simulated: [s].
-        wall: [s].
-        late: how often the pacing started afresh.
-        ended_by: "duration", "interrupt" (Ctrl-C), "stop button", or "signal" and its name.
-    """
-
-    simulated: float
-    wall: float
-    late: int
-    ended_by: str
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether it ended before its time."""
-        return self.ended_by != BY_DURATION
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds per second."""
-        return self.simulated / self.wall if self.wall > 0.0 else math.inf
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Run(Ended):
     """What a run was, and its recording."""
 
@@ -88,15 +62,16 @@ def simulate(
     realtime_rate: float = 0.0,
     meshcat: Meshcat | None = None,
     progress: bool = False,
+    engine: str = AUTO,
 ) -> xr.Dataset:
     """Simulate a scenario and return its recording.
 
-    Its attribute `ended_by` says what ended it: "duration", "interrupt" (Ctrl-C) or "stop button".
+    Its attribute `ended_by` says what ended it: "duration", "interrupt" (Ctrl-C) or "stop button",
+    and `engine` what ran it: "compiled" or "drake", for a reason that `engine_reason` tells.
     If the run fails, what was recorded is kept in a journal, which the error names.
 
     Drake does not free a Diagram that has systems written in Python: each call leaves about 2 MB in
-    the process. A study of thousands of runs should renew its processes, as the search for gains
-    does, by ``max_tasks_per_child`` of ``concurrent.futures.ProcessPoolExecutor``.
+    the process. For many runs there is `simulate_many`.
 
     Args:
         scenario: from `load_scenario`; it is not changed.
@@ -105,9 +80,13 @@ def simulate(
         realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
         meshcat: draws the run, with a Stop button.
         progress: shows a line with the simulated time and the real-time factor.
+        engine: "compiled" runs the Diagram as one compiled function; "drake" by Drake's Simulator;
+            "auto" compiles what can be, and takes Drake for the rest, for what meets a joint limit
+            or touches a surface with another link than the tool, and for what is drawn or paced.
 
     Raises:
-        ValueError: a value is out of its bounds.
+        ValueError: a value is out of its bounds, or a part of the Diagram cannot be compiled.
+        LeftTheModelError: the compiled run met what only Drake computes; it tells when.
     """
     scenario = copy.copy(scenario)
     if duration is not None:
@@ -117,7 +96,7 @@ def simulate(
     folder = Path(tempfile.mkdtemp(prefix="scara_drake_"))
     journal = folder / "run.journal"
     try:
-        recording = run(scenario, journal, realtime_rate, meshcat, progress).recording
+        recording = run(scenario, journal, realtime_rate, meshcat, progress, engine).recording
     except BaseException:
         if not journal.exists():  # nothing was recorded
             shutil.rmtree(folder)
@@ -132,6 +111,7 @@ def run(
     realtime_rate: float = 0.0,
     meshcat: Meshcat | None = None,
     progress: bool = False,
+    engine: str = AUTO,
 ) -> Run:
     """Simulate a scenario, keeping its samples in a journal, and read that; see `simulate`.
 
@@ -140,7 +120,7 @@ def run(
         OSError: the journal cannot be written.
     """
     with Journal(journal) as writer:
-        ended = run_into(writer, scenario, realtime_rate, meshcat, progress)
+        ended = run_into(writer, scenario, realtime_rate, meshcat, progress, engine=engine)
         return Run(**asdict(ended), recording=load_recording(journal))
 
 
@@ -151,80 +131,64 @@ def run_into(
     meshcat: Meshcat | None = None,
     progress: bool = False,
     signals: DeferredInterrupt | None = None,
+    engine: str = AUTO,
 ) -> Ended:
     """Simulate a scenario into a journal; see `simulate`.
 
-    Memory stays flat: the log is moved to the journal after every block. An interrupt (Ctrl-C), or
-    what else `signals` listens to, and the Stop button of the meshcat end the run early, cleanly.
-    If it fails the error has a note that says where what was recorded is kept.
+    Memory stays flat: the samples are moved to the journal after every block. An interrupt
+    (Ctrl-C), or what else `signals` listens to, and the Stop button of the meshcat end the run
+    early, cleanly. If it fails the error has a note that says where what was recorded is kept.
 
     Raises:
         ValueError: a value is out of its bounds; nothing has been written then.
         OSError: the journal cannot be written.
     """
     checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
+    seen = meshcat is not None or realtime_rate > 0.0
+    check_engine(engine, seen)
     diagram = make_diagram(scenario, meshcat)
     if realtime_rate > 0.0:
         _warm_up(diagram, scenario.time_step)
-    simulator = Simulator(diagram)
-    simulator.set_target_realtime_rate(realtime_rate)
-    description = metadata(diagram)
-    journal.begin(description, max(stop for _, stop in description["columns"].values()))
     with (
         StopButton(meshcat) as stop,
         OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
         ProgressLine(scenario.name, scenario.duration, progress) as line,
         nullcontext(signals) if signals else DeferredInterrupt() as interrupt,
         _closing(diagram),
-        _failures_in(journal, diagram, simulator),
-        naming_nan(diagram, simulator.get_context()),
     ):
-        interrupt.raise_if_pressed()
-        simulator.Initialize()
-        simulator.ResetStatistics()
-        start = paced = now = time.perf_counter()
-        ended_by, late = BY_DURATION, 0
-        for edge in _edges(scenario):
-            simulator.AdvanceTo(edge)
-            journal.append(*drain(diagram, simulator.get_mutable_context()))
-            now = time.perf_counter()
-            if realtime_rate > 0.0 and (now - paced) - edge / realtime_rate > MAX_LAG:
-                simulator.ResetStatistics()
-                paced = now - edge / realtime_rate
-                late += 1
-            line.show(edge, edge / (now - start))
-            overview.follow()
-            if edge < scenario.duration and (interrupt.pressed or stop.pressed()):
-                ended_by = interrupt.reason() or "stop button"
-                break
-    simulated = simulator.get_context().get_time()
-    journal.end(ended_by, simulated)
-    return Ended(simulated, now - start, late, ended_by)
+        watch, reason = Watch(interrupt, stop, overview, line), ""
+        if engine != DRAKE and not seen:
+            try:
+                compiled = compiled_stepper(diagram, scenario)
+                begin(journal, diagram, COMPILED)
+                return replace(advance(journal, compiled, scenario, watch), engine=COMPILED)
+            except (NotCompilableError, LeftTheModelError) as error:
+                if engine == COMPILED:
+                    raise
+                reason = str(error)
+        begin(journal, diagram, DRAKE, reason)
+        drake = DrakeStepper(diagram, realtime_rate)
+        ended = advance(journal, drake, scenario, watch, realtime_rate)
+        return replace(ended, engine=DRAKE, engine_reason=reason)
 
 
-@contextmanager
-def _failures_in(journal: Journal, diagram: Diagram, simulator: Simulator) -> Iterator[None]:
-    """Write into a journal what made a run fail, and tell the error where the journal is."""
-    try:
-        yield
-    except BaseException as error:
-        context = simulator.get_mutable_context()
-        reason = " ".join(str(error).split()) or type(error).__name__
-        with suppress(OSError):  # the disk may be full: then the journal just ends
-            journal.append(*drain(diagram, context))
-            if journal.has_samples:
-                journal.end(f"error: {reason[:200]}", context.get_time())
-        if journal.has_samples:
-            error.add_note(f"what was recorded is in {journal.path}")
-        raise
+def check_engine(engine: str, seen: bool) -> None:
+    """Check what is to run a Diagram, which somebody watches or not.
+
+    Raises:
+        ValueError: there is no such engine, or it cannot draw a run or keep it in real time.
+    """
+    checks.choice("engine", engine, ENGINES)
+    if engine == COMPILED and seen:
+        raise ValueError("engine: 'compiled', allowed auto, drake where a run is drawn or paced")
 
 
-def _edges(scenario: Scenario) -> Sequence[float]:
-    """Return the ends of the blocks: between two ticks, so that rounding skips none."""
-    ticks = max(1, round(BLOCK / scenario.time_step))
-    count = math.ceil(scenario.duration / (ticks * scenario.time_step)) - 1
-    edges = [(block * ticks + 0.5) * scenario.time_step for block in range(1, count + 1)]
-    return [*edges, scenario.duration]
+def begin(journal: Journal, diagram: Diagram, engine: str, reason: str = "") -> None:
+    """Begin a journal, anew if it has begun: what it says of the run, and what runs it."""
+    description = metadata(diagram)
+    notes = {"engine": engine, "engine_reason": reason}
+    description["notes"] |= {name: value for name, value in notes.items() if value}
+    journal.begin(description, max(stop for _, stop in description["columns"].values()))
 
 
 @contextmanager

@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 
 from scara_drake.scenario import Scenario
-from scara_drake.simulation.run import run
+from scara_drake.simulation.many import recorded
+from scara_drake.simulation.processes import renewed_processes
 from scara_drake.tuning.cost import Cost, Figures
 
 # A scenario, its cost, and whether a failure of the run is an error.
 Task = tuple[Scenario, Cost, bool]
-# Each run leaves 2 MB in its process, see `simulate`.
-RUNS_PER_PROCESS = 50
 Simulators = Callable[[list[Task]], Iterable[Figures | None]]
 
 
 @contextmanager
 def simulators(jobs: int) -> Iterator[Simulators]:
-    """Yield what simulates tasks, in order, in this process or in several."""
+    """Yield what simulates up to `jobs` tasks, in order, in this process or in several."""
     if jobs == 1:
         yield lambda tasks: map(simulate_task, tasks)
         return
-    processes = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        jobs, processes, _leave_interrupts, max_tasks_per_child=RUNS_PER_PROCESS
-    ) as pool:
-        try:
-            yield lambda tasks: pool.map(simulate_task, tasks)
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C reaches every process of the terminal; a run takes it, an idle process does not."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with renewed_processes(jobs) as pool:
+        yield lambda tasks: pool.map(simulate_task, tasks)
 
 
 def simulate_task(task: Task) -> Figures | None:
@@ -53,15 +36,12 @@ def simulate_task(task: Task) -> Figures | None:
     """
     scenario, cost, must_succeed = task
     try:
-        with tempfile.TemporaryDirectory(prefix="scara_drake_") as folder:
-            result = run(scenario, Path(folder) / "run.journal")
+        recording = recorded(scenario)
     except (ValueError, RuntimeError):
         if must_succeed:
             raise
         return None
-    if result.interrupted:
-        raise KeyboardInterrupt
-    figures = cost.figures(result.recording)
+    figures = cost.figures(recording)
     if np.isfinite([figures.tracking, figures.effort]).all():
         return figures
     if must_succeed:

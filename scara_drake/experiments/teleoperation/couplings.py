@@ -64,8 +64,6 @@ CASES: Final = ("free", "wall", "loss")
 LOSS = 0.1  # of the packets, in the case "loss"
 
 PRESS = (1.0, 2.0, 6.0, 7.0)  # [s], see `Master.times`
-SWING = 0.25  # ripple, over the force that the hand has for all of its way, of a stable press
-STEADY = 0.25  # last share of the hold, the steady part of the press; the first is a transient
 LAST = 0.5  # [s], end of the run, in which a drift is left
 AXIS = "y"
 BAND_SWEPT = (0.06, 16.0)  # [Hz]: it fades in and out beside `bilateral_metrics.BAND`
@@ -237,31 +235,32 @@ def press_figures(job: Job) -> dict[str, float | bool]:
     master.times = list(job.times)
     recording = simulate(pressing, duration=job.duration)
     begin, end = job.times[1:3]
-    rest = STEADY * (end - begin)
-    steady = slice(end - rest, end)
-    held, resting = recording.sel(time=steady), recording.sel(time=slice(begin + rest, end))
+    held = bilateral_metrics.steady_press(recording, begin, end)
     position = bilateral_metrics.position_error(recording, coupling.position_scale)
     if job.case != "free":
-        position = position.sel(time=steady)
+        position = position.sel(time=held.time)
     force = bilateral_metrics.force_error(recording, coupling.force_scale)
     left = bilateral_metrics.drift(recording, coupling.position_scale)
-    ripple = bilateral_metrics.force_ripple(held)
-    way = float(np.linalg.norm(master.targets[1]))
-    thrown = 0.5 * master.hand_stiffness * way**2
     ages = np.concatenate(
         [bilateral_metrics.age_of_information(recording, link) for link in ("up", "down")]
     )
     return {
-        "stable": ripple < SWING * master.hand_stiffness * way
-        and not bilateral_metrics.is_driven(resting, master.mass, thrown),
+        "stable": bilateral_metrics.is_stable_press(
+            recording,
+            begin=begin,
+            end=end,
+            way=float(np.linalg.norm(master.targets[1])),
+            stiffness=master.hand_stiffness,
+            mass=master.mass,
+        ),
         "peak": bilateral_metrics.peak_force(recording),
         "shown": bilateral_metrics.mean_size(held.f_master),
         "felt": coupling.force_scale * bilateral_metrics.mean_size(held.f_env_on_tool_W),
         "contact": bilateral_metrics.contact_share(held),
         "position_error": float(metrics.rmse(position)),
         "drift": float(left.sel(time=slice(job.duration - LAST, None)).max()),
-        "force_error": float(metrics.rmse(force.sel(time=steady))),
-        "ripple": ripple,
+        "force_error": float(metrics.rmse(force.sel(time=held.time))),
+        "ripple": bilateral_metrics.force_ripple(held),
         "energy_margin": bilateral_metrics.energy_margin(recording, coupling.reserves()),
         "age_mean": float(ages.mean()),
         "age_p99": float(np.quantile(ages, 0.99)),

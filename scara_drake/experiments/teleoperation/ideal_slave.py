@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.coupling.layouts import motion_of
 from scara_drake.environment import Wall, normal_force, surface_row
+from scara_drake.metrics.bilateral import STEADY, SWING
 from scara_drake.operator.hand import hand_target_at
 from scara_drake.operator.master import Master, move_device
 
@@ -22,7 +23,6 @@ STEP = 1e-4  # [s], of the integration
 LONGEST = 0.1  # [s], of the delays that are looked at
 Y = 1  # the axis of the press
 WAY = 0.01  # [m], from the centre to the wall
-SWING, STEADY = 0.25, 0.25  # of a stable press, see `couplings`
 
 
 def llewellyn(h11: ArrayLike, h12: ArrayLike, h21: ArrayLike, h22: ArrayLike) -> Array:

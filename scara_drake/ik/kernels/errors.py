@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.scratch import scratch
 from scara_drake.ik.kernels.postures import inside_kernel
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from scara_drake.kinematics import rotation_vector_kernel, tool_kinematics_kernel, tool_pose_kernel
@@ -56,7 +57,7 @@ def linearize_kernel(
 @njit(cache=True)
 def error_kernel(q: Array, p_desired: Array, R_desired: Array) -> tuple[float, float]:
     """Position [m] and rotation [rad] error of one posture (6,)."""
-    p, R, w = np.empty(3), np.empty((3, 3)), np.empty(3)
+    p, R, w = scratch(3), scratch(3, 3), scratch(3)
     tool_pose_kernel(q, p, R)
     rotation = rotation_vector_kernel(R_desired, R, w)
     x, y, z = p_desired[0] - p[0], p_desired[1] - p[1], p_desired[2] - p[2]

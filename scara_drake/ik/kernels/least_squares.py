@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.scratch import scratch
 from scara_drake.ik.kernels.postures import Bounds
 from scara_drake.ik.result import ROTATION_LENGTH
 
@@ -92,7 +93,7 @@ def damping_kernel(square: float, bound: float) -> float:
 @njit(cache=True)
 def _projected_step(A: Array, e: Array, rank: int, bound: float, extra: float, dq: Array) -> None:
     """Add A^T (A A^T + damping)^-1 e to dq, for A (3, 6) of the given rank."""
-    G, y = np.empty((3, 3)), np.empty(3)
+    G, y = scratch(3, 3), scratch(3)
     for i in range(3):
         y[i] = e[i]
         for k in range(i + 1):
@@ -119,7 +120,7 @@ def position_first_kernel(
 
     `extra_p` and `extra_w` add to the squared damping of the position and the orientation.
     """
-    A, Q, b = np.empty((3, 6)), np.zeros((3, 6)), np.empty(3)
+    A, Q, b = scratch(3, 6), scratch(3, 6), scratch(3)
     moving = 0
     for j in range(6):
         dq[j] = 0.0
@@ -199,7 +200,7 @@ def weighted_kernel(
 
     The smallest eigenvalue, which decides the damping, comes from inverse iteration.
     """
-    H, x = np.empty((6, 6)), np.ones(6)
+    H, x = scratch(6, 6), scratch(6)
     normal_equations_kernel(J_WE, e_p, e_w, ROTATION_LENGTH, free, H, dq)
     for j in range(6):
         H[j, j] += 1e-12

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scara_drake.common.layout import Layout
 from scara_drake.common.motion import limit_motion
+from scara_drake.common.scratch import scratch
 from scara_drake.kinematics import (
     A4,
     D3,
@@ -114,7 +115,7 @@ def draw_into_reach(p: Array) -> bool:
 def _follow_mast(target: float, servo_state: Array, settings: Array) -> None:
     """Advance the mast of the limiter one period towards a height [m]."""
     s, now = settings_of(settings), servo_state_of(servo_state)
-    error, rate = np.empty(1), now.mast_rate.reshape(1)
+    error, rate = scratch(1), now.mast_rate.reshape(1)
     error[0] = target - now.mast[()]
     limit_motion(error, rate, s.mast_speed, s.mast_acceleration, s.bandwidth, s.period)
     now.mast[()] += s.period * now.mast_rate[()]
@@ -141,7 +142,8 @@ def follow_command(tool_command: Array, servo_state: Array, settings: Array, lim
         target = min(max(command.mast[()], bounds.lower[0]), bounds.upper[0])
         cut = target != command.mast[()]
         _follow_mast(target, servo_state, settings)
-    error = command.p.copy()
+    error = scratch(3)
+    error[:] = command.p
     if s.mast_follows > 0.0:
         error[2] -= now.mast[()]
         cut = draw_into_reach(error) or cut
@@ -149,7 +151,7 @@ def follow_command(tool_command: Array, servo_state: Array, settings: Array, lim
     for i in range(3):
         error[i] -= now.p[i]
     limit_motion(error, now.v, s.max_speed, s.max_acceleration, bandwidth, dt)
-    R_desired, R = np.empty((3, 3)), np.empty((3, 3))
+    R_desired, R = scratch(3, 3), scratch(3, 3)
     rotation_from_quaternion_kernel(command.quaternion, R_desired)
     rotation_from_quaternion_kernel(now.quaternion, R)
     rotation_vector_kernel(R_desired, R, error)

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scara_drake.common.scratch import scratch
 from scara_drake.ik.kernels.errors import error_kernel, linear_kernel, linearize_kernel
 from scara_drake.ik.kernels.least_squares import Priority, bounded_step_kernel
 from scara_drake.ik.kernels.postures import Bounds, Goal
@@ -89,8 +90,9 @@ def joint_rates_kernel(
             tool is subtracted from the task.
         rates: result [m/s, rad/s].
     """
-    p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    v, free = v_WE.copy(), np.empty(6)
+    p, R, J = scratch(3), scratch(3, 3), scratch(6, 6)
+    v, free = scratch(3), scratch(6)
+    v[:] = v_WE
     tool_kinematics_kernel(q, p, R, J)
     mast = 0.0
     if bounds.first_joint > 0:

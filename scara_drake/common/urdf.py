@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Color = tuple[float, ...]  # red, green, blue, opacity
@@ -60,11 +60,16 @@ def _numbers(element: ET.Element | None, key: str, default: str = "") -> list[fl
 
 def _origin(element: ET.Element) -> Array:
     origin = element.find("origin")
-    X, (x, y, z) = np.eye(4), np.eye(3)
+    X = np.eye(4)
     X[:3, 3] = _numbers(origin, "xyz", "0 0 0")
-    roll, pitch, yaw = np.array(_numbers(origin, "rpy", "0 0 0"))
-    X[:3, :3] = _rotation(z, yaw) @ _rotation(y, pitch) @ _rotation(x, roll)
+    X[:3, :3] = rotation_from_rpy(_numbers(origin, "rpy", "0 0 0"))
     return X
+
+
+def rotation_from_rpy(rpy: ArrayLike) -> Array:
+    """Rotation (3, 3) = Rz(yaw) Ry(pitch) Rx(roll) of angles (3,) [rad], as a URDF has them."""
+    (roll, pitch, yaw), (x, y, z) = np.asarray(rpy, dtype=np.float64), np.eye(3)
+    return _rotation(z, yaw) @ _rotation(y, pitch) @ _rotation(x, roll)
 
 
 def _rotation(axis: Array, angle: Array) -> Array:

@@ -1,0 +1,139 @@
+"""What is shown of a run over time, under which name and in which unit: in tables and in plots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Final, NamedTuple
+
+import xarray as xr
+
+from scara_drake.joints import JOINT_NAMES
+from scara_drake.metrics.bilateral import age_of_information
+from scara_drake.metrics.command import command_error
+from scara_drake.metrics.tracking import contact_force, tool_error
+
+SETTLING: Final = 1.0  # [s], left out of the figures: the drives take up the weight
+
+
+class Curve(NamedTuple):
+    """A quantity over time that a recording may have.
+
+    Attributes:
+        name: of the quantity.
+        unit: in which it is shown.
+        scale: what is shown over its value in SI units.
+        needs: variables that it is worked out from.
+        of: gives it (time), in SI units.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    needs: tuple[str, ...]
+    of: Callable[[xr.Dataset], xr.DataArray]
+
+    def shown(self, recording: xr.Dataset) -> xr.DataArray | None:
+        """Return it (time) in its unit; None where the recording does not have it."""
+        if not all(name in recording for name in self.needs):
+            return None
+        try:
+            curve = self.of(recording)
+        except KeyError:  # no such joint
+            return None
+        return self.scale * curve if bool(curve.notnull().any()) else None
+
+
+def settled(recording: xr.Dataset) -> xr.Dataset:
+    """Return a recording from `SETTLING` on, or the whole of one that is too short for that."""
+    rest = recording.sel(time=slice(SETTLING, None))
+    return rest if rest.sizes["time"] >= 2 else recording
+
+
+def _joint_error(recording: xr.Dataset, joint: str) -> xr.DataArray:
+    both = recording[["q_desired", "q_measured"]].sel(joint=joint)
+    return both.q_desired - both.q_measured
+
+
+def _of_joint(recording: xr.Dataset, joint: str, name: str) -> xr.DataArray:
+    return recording[name].sel(joint=joint)
+
+
+def _size(recording: xr.Dataset, name: str) -> xr.DataArray:
+    return (recording[name] ** 2).sum("axis", skipna=False) ** 0.5
+
+
+def _deepest(recording: xr.Dataset) -> xr.DataArray:
+    return recording.penetration.max("surface").clip(min=0.0)
+
+
+def _units(joint: str, linear: str, angular: str) -> str:
+    return linear if joint == "d1" else angular
+
+
+_TOOL = ("p_WE_measured",)
+JOINT_ERRORS: Final = tuple(
+    Curve(
+        f"{joint} error",
+        _units(joint, "mm", "mrad"),
+        1e3,
+        ("q_desired", "q_measured"),
+        partial(_joint_error, joint=joint),
+    )
+    for joint in JOINT_NAMES
+)
+SLIDING_VARIABLES: Final = tuple(
+    Curve(
+        f"{joint} sliding variable",
+        _units(joint, "m/s", "rad/s"),
+        1.0,
+        ("sliding_variable",),
+        partial(_of_joint, joint=joint, name="sliding_variable"),
+    )
+    for joint in JOINT_NAMES
+)
+EFFORTS: Final = tuple(
+    Curve(
+        f"{joint} effort",
+        _units(joint, "N", "N m"),
+        1.0,
+        ("tau_applied",),
+        partial(_of_joint, joint=joint, name="tau_applied"),
+    )
+    for joint in JOINT_NAMES
+)
+TOOL_ERROR: Final = Curve(
+    "tool from its reference", "mm", 1e3, ("p_WE_desired", *_TOOL), tool_error
+)
+COMMAND_ERRORS: Final = (
+    Curve(
+        "tool from the delayed command",
+        "mm",
+        1e3,
+        ("p_WE_commanded", "delay_up", *_TOOL),
+        command_error,
+    ),
+    Curve(
+        "tool from the command as sent",
+        "mm",
+        1e3,
+        ("p_WE_commanded", *_TOOL),
+        partial(command_error, delayed=False),
+    ),
+)
+CONTACT_FORCE: Final = Curve("contact force", "N", 1.0, ("f_env_on_tool_W",), contact_force)
+PENETRATION: Final = Curve("penetration", "mm", 1e3, ("penetration",), _deepest)
+FELT_FORCES: Final = (
+    Curve("force after the channel", "N", 1.0, ("f_haptic",), partial(_size, name="f_haptic")),
+    Curve("force of the device", "N", 1.0, ("f_master",), partial(_size, name="f_master")),
+)
+AGES: Final = tuple(
+    Curve(
+        f"age of what came {link}",
+        "ms",
+        1e3,
+        (f"delay_{link}",),
+        partial(age_of_information, link=link),
+    )
+    for link in ("up", "down")
+)

@@ -1,0 +1,123 @@
+"""Advances a run in blocks: journal, pacing, what may end it, what is shown of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+
+from scara_drake.display.controls import OverviewButton, StopButton
+from scara_drake.recordings.dataset import BY_DURATION
+from scara_drake.recordings.journal import Journal
+from scara_drake.scenario import Scenario
+from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.progress import ProgressLine
+from scara_drake.simulation.steppers import Stepper
+
+# A run that is later than this behind the clock starts its pacing afresh, without a sprint.
+MAX_LAG = 0.2  # [s]
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What a run was.
+
+    Attributes:
+        simulated: [s].
+        wall: [s].
+        late: how often the pacing started afresh.
+        ended_by: "duration", "interrupt" (Ctrl-C), "stop button", or "signal" and its name.
+        engine: what ran it, "compiled" or "drake".
+        engine_reason: why not what was asked for first; "" if it was.
+    """
+
+    simulated: float
+    wall: float
+    late: int
+    ended_by: str
+    engine: str = ""
+    engine_reason: str = ""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether it ended before its time."""
+        return self.ended_by != BY_DURATION
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per second."""
+        return self.simulated / self.wall if self.wall > 0.0 else math.inf
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What may end a run before its time, and what is shown of it."""
+
+    interrupt: DeferredInterrupt
+    stop: StopButton
+    overview: OverviewButton
+    line: ProgressLine
+
+    def why_end(self) -> str:
+        """Return who wants the run to end; "" for nobody."""
+        if self.interrupt.pressed:
+            return self.interrupt.reason()
+        return "stop button" if self.stop.pressed() else ""
+
+
+def advance(
+    journal: Journal, stepper: Stepper, scenario: Scenario, watch: Watch, realtime_rate: float = 0.0
+) -> Ended:
+    """Advance a run to its end, its samples into a journal that has begun.
+
+    If it fails the error has a note that says where what was recorded is kept.
+
+    Raises:
+        OSError: the journal cannot be written.
+    """
+    with _failures_in(journal, stepper):
+        watch.interrupt.raise_if_pressed()
+        stepper.begin()
+        start = paced = now = time.perf_counter()
+        ended_by, late = BY_DURATION, 0
+        for edge in _edges(scenario, stepper.block):
+            stepper.advance_to(edge)
+            journal.append(*stepper.drain())
+            now = time.perf_counter()
+            if realtime_rate > 0.0 and (now - paced) - edge / realtime_rate > MAX_LAG:
+                stepper.pace()
+                paced = now - edge / realtime_rate
+                late += 1
+            watch.line.show(edge, edge / (now - start))
+            watch.overview.follow()
+            if edge < scenario.duration and (why := watch.why_end()):
+                ended_by = why
+                break
+    journal.end(ended_by, stepper.time)
+    return Ended(stepper.time, now - start, late, ended_by)
+
+
+@contextmanager
+def _failures_in(journal: Journal, stepper: Stepper) -> Iterator[None]:
+    """Write into a journal what made a run fail, and tell the error where the journal is."""
+    try:
+        yield
+    except BaseException as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        with suppress(OSError):  # the disk may be full: then the journal just ends
+            journal.append(*stepper.drain())
+            if journal.has_samples:
+                journal.end(f"error: {reason[:200]}", stepper.time)
+        if journal.has_samples:
+            error.add_note(f"what was recorded is in {journal.path}")
+        raise
+
+
+def _edges(scenario: Scenario, block: float) -> Sequence[float]:
+    """Return the ends of blocks [s]: between two ticks, so that rounding skips none."""
+    ticks = max(1, round(block / scenario.time_step))
+    count = math.ceil(scenario.duration / (ticks * scenario.time_step)) - 1
+    edges = [(index * ticks + 0.5) * scenario.time_step for index in range(1, count + 1)]
+    return [*edges, scenario.duration]

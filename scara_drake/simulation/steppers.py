@@ -1,0 +1,114 @@
+"""What advances a Diagram: Drake's Simulator, or the same Diagram compiled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram
+
+import scara_drake
+from scara_drake.common.finite import naming_nan
+from scara_drake.common.kernel_cache import cache_folder
+from scara_drake.engine.errors import NotCompilableError
+from scara_drake.engine.stepper import CompiledStepper
+from scara_drake.recordings.recorder import drain
+from scara_drake.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+AUTO, DRAKE, COMPILED = "auto", "drake", "compiled"
+ENGINES: Final = (AUTO, DRAKE, COMPILED)
+
+
+class Stepper(Protocol):
+    """What advances a Diagram from t = 0.
+
+    Attributes:
+        block: simulated time between two looks at its samples, what may end it, and the clock [s].
+    """
+
+    block: float
+
+    @property
+    def time(self) -> float:
+        """How far it is [s]."""
+
+    def begin(self) -> None:
+        """Do what happens at t = 0."""
+
+    def pace(self) -> None:
+        """Begin the pacing by the clock anew, if there is one."""
+
+    def advance_to(self, time: float) -> None:
+        """Advance to a time [s]."""
+
+    def drain(self) -> tuple[Array, Array]:
+        """Return the samples that nobody has taken yet: times (n,) and values (n, width)."""
+
+
+class DrakeStepper:
+    """Drake's Simulator; see `Stepper`.
+
+    Args:
+        diagram: of `make_diagram`.
+        realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
+    """
+
+    block = 0.1  # [s]
+
+    def __init__(self, diagram: Diagram, realtime_rate: float = 0.0) -> None:
+        self._diagram, self._simulator = diagram, Simulator(diagram)
+        self._context = self._simulator.get_mutable_context()
+        self._simulator.set_target_realtime_rate(realtime_rate)
+
+    @property
+    def time(self) -> float:
+        """How far it is [s]."""
+        return float(self._context.get_time())
+
+    def begin(self) -> None:
+        """Do what happens at t = 0, and begin the pacing."""
+        with naming_nan(self._diagram, self._context):
+            self._simulator.Initialize()
+        self.pace()
+
+    def pace(self) -> None:
+        """Begin the pacing anew."""
+        self._simulator.ResetStatistics()
+
+    def advance_to(self, time: float) -> None:
+        """Advance to a time [s].
+
+        Raises:
+            RuntimeError: NaN or infinity; names the system, the port, the time and the entry.
+        """
+        with naming_nan(self._diagram, self._context):
+            self._simulator.AdvanceTo(time)
+
+    def drain(self) -> tuple[Array, Array]:
+        """Return the samples that nobody has taken yet: times (n,) and values (n, width)."""
+        return drain(self._diagram, self._context)
+
+
+def compiled_stepper(diagram: Diagram, scenario: Scenario) -> CompiledStepper:
+    """Return what advances a Diagram compiled, from the cache where its like was compiled before.
+
+    Raises:
+        NotCompilableError: a part of it can only run in Drake; names it.
+    """
+    package = Path(scara_drake.__file__).parent
+    cache = cache_folder(package) or package / "__pycache__"
+    return CompiledStepper(diagram, scenario, cache / "engine")
+
+
+def why_not_compiled(diagram: Diagram, scenario: Scenario) -> str:
+    """Return the line that says which part of a Diagram only Drake can run; "" if none."""
+    try:
+        compiled_stepper(diagram, scenario)
+    except NotCompilableError as error:
+        return str(error)
+    return ""
