@@ -10,6 +10,7 @@ can be made of the same.
 from __future__ import annotations
 
 import inspect
+import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -140,7 +141,18 @@ def _first_values(initial: ArrayLike | int) -> Array:
     return np.zeros(initial) if isinstance(initial, int) else np.array(initial, dtype=np.float64)
 
 
-class Block(LeafSystem):
+class _Collectable(type(LeafSystem)):  # type: ignore[misc] # has no name in pydrake
+    """Makes LeafSystems that the garbage collector can free, and with them their Diagram.
+
+    In Python 3.11 it visits the attributes of an instance twice, once for Drake's class and once
+    for the subclass, and takes them for held from outside. A subclass with slots has none.
+    """
+
+    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> _Collectable:
+        return super().__new__(cls, name, bases, {"__slots__": (), **namespace})
+
+
+class Block(LeafSystem, metaclass=_Collectable):
     """A LeafSystem made of its declaration; see the subclass for its ports.
 
     Args:
@@ -171,9 +183,15 @@ class Block(LeafSystem):
         for name, memory in declaration.memory.items():
             if memory.port:
                 self.DeclareStateOutputPort(name, DiscreteStateIndex(self._groups[name]))
+        self._calculations = {
+            name: self._caller(output.kernel, READ, name)
+            for name, output in declaration.outputs.items()
+        }
         for name, output in declaration.outputs.items():
+            # Drake would hold it, it holds the ports and they the system: none could be freed.
+            calculation = weakref.proxy(self._calculations[name])
             self.DeclareVectorOutputPort(
-                name, output.size, self._calculation(name, output), self._prerequisites(output)
+                name, output.size, calculation, self._prerequisites(output)
             )
         self._declare_events()
 
@@ -221,9 +239,6 @@ class Block(LeafSystem):
             (run if enabled else stop)(context, discrete)
 
         return event
-
-    def _calculation(self, name: str, output: Output) -> Callable[[Any, Any], None]:
-        return self._caller(output.kernel, READ, name)
 
     def _prerequisites(self, output: Output) -> set[DependencyTicket]:
         tickets = set()
