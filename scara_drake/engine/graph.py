@@ -33,7 +33,7 @@ PLANT = "plant"
 HANDLED = frozenset(
     {
         *("inputs", "memory", "outputs", "parameters", "enable"),
-        *("period", "offset", "with_plant", "store_period"),
+        *("period", "offset", "with_plant", "store_ticks"),
         *("update", "rest", "initialize", "rest_initialize", "sample"),
         *("archive", "store"),
     }
@@ -127,7 +127,8 @@ def graph_of(diagram: Diagram) -> Graph:
 def kernels_of(declaration: Declaration) -> Iterator[Any]:
     """Yield the kernels of a declaration."""
     is_ = declaration
-    yield from (is_.update, is_.rest, is_.sample, is_.store, is_.initialize, is_.rest_initialize)
+    yield from (is_.update, is_.rest, is_.sample, is_.store)
+    yield from (is_.initialize, is_.rest_initialize)
     yield from (output.kernel for output in is_.outputs.values())
 
 

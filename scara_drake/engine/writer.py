@@ -14,10 +14,9 @@ from scara_drake.engine.errors import NotCompilableError
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.store import reading
 
+STORE_TICKS = "store_ticks"  # argument: of the declaration
 # Why the function came back before its last tick.
 DONE, NOT_FINITE, AT_LIMIT, NEAR = 0, 1, 2, 3
-# How many updates of a block lie between two of its stores.
-STORE_UPDATES = "store_updates"
 # The arguments before those of the blocks.
 FIXED: dict[str, types.Type] = {
     **dict.fromkeys(("first", "count", "last"), int64),
@@ -207,12 +206,12 @@ class Writer:
         self.made.guards.append((node.name, [name for name, _ in watched]))
 
     def update(self, node: Node, copies: set[tuple[str, Buffer]]) -> None:
-        """Write an update (the rest where it is not enabled), before it a store that is due."""
+        """Write an update, or the rest where it is not enabled, and the store before it."""
         is_ = node.declaration
         if is_.store is not None:
-            every = self.argument(f"{node.name}__{STORE_UPDATES}", node.name, STORE_UPDATES)
             count = f"{node.name}__count" if node in self.slow else "k"
-            with self.block(f"if {count} % {every} == 0:"):
+            ticks = self.argument(f"{node.name}__{STORE_TICKS}", node.name, STORE_TICKS)
+            with self.block(f"if {count} % {ticks} == 0:"):
                 self.call(node, is_.store, {})
         instead = {
             name: f"{buffer}__before"
