@@ -1,5 +1,6 @@
 """The robot in a MultibodyPlant: its model, its nominal inertias and its mass matrices."""
 
+import math
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,6 +8,7 @@ from itertools import product
 from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
@@ -165,6 +167,40 @@ def chatter_number(gain: Array, period: float, model: RobotModel | None = None) 
         model: of the robot; None is the nominal one.
     """
     # D^1/2 M^-1 D^1/2 is symmetric and has the same eigenvalues.
-    root = np.sqrt(gain)
-    symmetric = inverse_mass_matrices(model) * root * root[:, None]
-    return period * float(np.linalg.eigvalsh(symmetric)[:, -1].max())
+    root, inverse_mass = np.sqrt(gain), inverse_mass_matrices(model)
+    largest, row = 0.0, 0
+    while (row := next_above(inverse_mass, root, largest, row)) < len(inverse_mass):
+        symmetric = inverse_mass[row] * root * root[:, None]
+        largest = float(np.linalg.eigvalsh(symmetric)[-1])
+        row += 1
+    return period * largest
+
+
+@njit(cache=True)
+def next_above(matrices: Array, root: Array, bound: float, start: int) -> int:
+    """Index of the next matrix that has an eigenvalue above a bound, or their number.
+
+    Where all are below it, bound I - D M D is positive definite: Cholesky tells at a tenth of the
+    cost of the eigenvalues.
+
+    Args:
+        matrices: M, symmetric (m, n, n).
+        root: diagonal of D (n,).
+        bound: of the eigenvalues of D M D.
+        start: index of the first to look at.
+    """
+    n = root.size
+    lower = np.empty((n, n))
+    for index in range(start, matrices.shape[0]):
+        for i in range(n):
+            for j in range(i + 1):
+                rest = -root[i] * matrices[index, i, j] * root[j]
+                for k in range(j):
+                    rest -= lower[i, k] * lower[j, k]
+                if i > j:
+                    lower[i, j] = rest / lower[j, j]
+                    continue
+                if not bound + rest > 0.0:
+                    return index
+                lower[i, i] = math.sqrt(bound + rest)
+    return matrices.shape[0]

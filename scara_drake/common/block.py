@@ -10,14 +10,16 @@ can be made of the same.
 from __future__ import annotations
 
 import inspect
+import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.common.value import AbstractValue
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
+    BasicVector,
     DependencyTicket,
     DiscreteStateIndex,
     InputPort,
@@ -34,6 +36,8 @@ ENABLED = 0.5  # an enable input from here on lets the block run
 # How the code that calls a kernel takes a group of the memory: to write it, or to read it.
 WRITTEN = "discrete.get_mutable_value({})"
 READ = "context.get_discrete_state({}).value()"
+STORED = "state.get_mutable_discrete_state({}).get_mutable_value()"
+ARCHIVED = "state.get_mutable_abstract_state({}).get_mutable_value().get_mutable_value()"
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,12 @@ class Declaration:
         with_plant: it is updated together with the step of a sampled plant, before the others, and
             reads what the plant showed before that step.
         sample: kernel that runs so before every `update`.
+        archive: long memory by name, which `store` alone reads and writes; no port shows it. All
+            other memory of a block is copied by Drake at each of its updates.
+        store: kernel that moves between memory and archive: once in `store_period`, from t = 0 on,
+            just before the update of that instant or just after it. It has to do for both, as the
+            times of two periods differ by a rounding; it reads no input.
+        store_period: [s], a multiple of the period.
     """
 
     inputs: Mapping[str, Input] = field(default_factory=dict)
@@ -117,6 +127,9 @@ class Declaration:
     rest_initialize: Kernel | None = None
     with_plant: bool = False
     sample: Kernel | None = None
+    archive: Mapping[str, Memory] = field(default_factory=dict)
+    store: Kernel | None = None
+    store_period: float = 0.0
 
 
 def arguments_of(kernel: Kernel) -> list[str]:
@@ -128,7 +141,18 @@ def _first_values(initial: ArrayLike | int) -> Array:
     return np.zeros(initial) if isinstance(initial, int) else np.array(initial, dtype=np.float64)
 
 
-class Block(LeafSystem):
+class _Collectable(type(LeafSystem)):  # type: ignore[misc] # has no name in pydrake
+    """Makes LeafSystems that the garbage collector can free, and with them their Diagram.
+
+    In Python 3.11 it visits the attributes of an instance twice, once for Drake's class and once
+    for the subclass, and takes them for held from outside. A subclass with slots has none.
+    """
+
+    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> _Collectable:
+        return super().__new__(cls, name, bases, {"__slots__": (), **namespace})
+
+
+class Block(LeafSystem, metaclass=_Collectable):
     """A LeafSystem made of its declaration; see the subclass for its ports.
 
     Args:
@@ -152,12 +176,22 @@ class Block(LeafSystem):
             name: int(self.DeclareDiscreteState(_first_values(memory.initial)))
             for name, memory in declaration.memory.items()
         }
+        self._archives = {
+            name: int(self.DeclareAbstractState(Value(BasicVector(_first_values(memory.initial)))))
+            for name, memory in declaration.archive.items()
+        }
         for name, memory in declaration.memory.items():
             if memory.port:
                 self.DeclareStateOutputPort(name, DiscreteStateIndex(self._groups[name]))
+        self._calculations = {
+            name: self._caller(output.kernel, READ, name)
+            for name, output in declaration.outputs.items()
+        }
         for name, output in declaration.outputs.items():
+            # Drake would hold it, it holds the ports and they the system: none could be freed.
+            calculation = weakref.proxy(self._calculations[name])
             self.DeclareVectorOutputPort(
-                name, output.size, self._calculation(name, output), self._prerequisites(output)
+                name, output.size, calculation, self._prerequisites(output)
             )
         self._declare_events()
 
@@ -167,6 +201,9 @@ class Block(LeafSystem):
             self._declare_start(self._event(is_.initialize, is_.rest_initialize or is_.rest))
         if is_.sample is not None:
             self._declare_with_plant(self._caller(is_.sample, WRITTEN))
+        if is_.store is not None:
+            store = self._caller(is_.store, STORED)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(is_.store_period, 0.0, store)
         if is_.update is None:
             return
         event = self._event(is_.update, is_.rest)
@@ -201,9 +238,6 @@ class Block(LeafSystem):
             (run if enabled else stop)(context, discrete)
 
         return event
-
-    def _calculation(self, name: str, output: Output) -> Callable[[Any, Any], None]:
-        return self._caller(output.kernel, READ, name)
 
     def _prerequisites(self, output: Output) -> set[DependencyTicket]:
         tickets = set()
@@ -241,18 +275,22 @@ class Block(LeafSystem):
                 passed.append(name)
             elif name in is_.memory:
                 passed.append(memory.format(self._groups[name]))
+            elif name in is_.archive and memory == STORED:
+                passed.append(ARCHIVED.format(self._archives[name]))
             elif name in is_.parameters:
                 scope[name] = is_.parameters[name]
                 passed.append(name)
             else:
-                known = [TIME, *is_.inputs, *is_.memory, *is_.parameters]
+                long = is_.archive if memory == STORED else {}
+                known = [TIME, *is_.inputs, *is_.memory, *long, *is_.parameters]
                 raise ValueError(
                     f"{type(self).__name__}: argument '{name}' of {kernel.__name__}, "
                     f"allowed {', '.join(known)}"
                 )
         lines += self._guard(arguments_of(kernel), scope)
         body = "\n    ".join([*lines, f"kernel({', '.join(passed)})"])
-        exec(f"def call(context, discrete):\n    {body}", scope)
+        state = "state" if memory == STORED else "discrete"
+        exec(f"def call(context, {state}):\n    {body}", scope)
         call: Callable[[Any, Any], None] = scope["call"]
         return call
 

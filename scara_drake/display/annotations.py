@@ -46,6 +46,8 @@ class SceneAnnotations(LeafSystem):
     Publish (every PERIOD): the pictures, at the time of the context in a recording.
     """
 
+    __slots__ = ()  # so that it can be freed, see `Block`
+
     def __init__(self, meshcat: Meshcat, points: int = 64, surfaces: Sequence[Surface] = ()):
         super().__init__()
         self._meshcat, self._points = meshcat, points

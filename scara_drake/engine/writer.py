@@ -16,6 +16,8 @@ from scara_drake.engine.store import reading
 
 # Why the function came back before its last tick.
 DONE, NOT_FINITE, AT_LIMIT, NEAR = 0, 1, 2, 3
+# How many updates of a block lie between two of its stores.
+STORE_UPDATES = "store_updates"
 # The arguments before those of the blocks.
 FIXED: dict[str, types.Type] = {
     **dict.fromkeys(("first", "count", "last"), int64),
@@ -182,7 +184,7 @@ class Writer:
                 passed.append(self._time)
             elif name in is_.inputs:
                 passed.append(self._input(node, name))
-            elif name in is_.memory:
+            elif name in is_.memory or name in is_.archive:
                 passed.append(self.buffer(node.memory(name)))
             else:
                 passed.append(self.argument(f"{node.name}__{name}", node.name, name))
@@ -210,8 +212,13 @@ class Writer:
         self.made.guards.append((node.name, [name for name, _ in watched]))
 
     def update(self, node: Node, copies: set[tuple[str, Buffer]]) -> None:
-        """Write an update, or the rest where it is not enabled."""
+        """Write an update (the rest where it is not enabled), before it a store that is due."""
         is_ = node.declaration
+        if is_.store is not None:
+            every = self.argument(f"{node.name}__{STORE_UPDATES}", node.name, STORE_UPDATES)
+            count = f"{node.name}__count" if node in self.slow else "k"
+            with self.block(f"if {count} % {every} == 0:"):
+                self.call(node, is_.store, {})
         instead = {
             name: f"{buffer}__before"
             for name, buffer in node.reads.items()

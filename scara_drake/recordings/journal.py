@@ -3,7 +3,10 @@
 NetCDF (HDF5) files that are cut at any byte are lost; a run therefore writes this journal while it
 goes, and the NetCDF file is made from it at the end.
 
-The file is a line that names the format, and blocks with checksums, see `common.blocks`.
+The file is a line that names the format, and blocks. A block is its kind (4 bytes), the length of
+its content (8 bytes), a CRC-32 (4 bytes), all little-endian, and the content. The checksum covers
+kind, length, content and the checksum before it: so no byte can change and no block can go, come or
+move without being noticed.
 
 | kind | content |
 |---|---|

@@ -51,6 +51,8 @@ class SignalBundle(Multiplexer):
     Output port: all of them, stacked.
     """
 
+    __slots__ = ()  # so that it can be freed, see `Block`
+
     def __init__(self, sizes: list[int], metadata: dict[str, Any]):
         super().__init__(sizes)
         self.metadata = json.dumps(metadata)  # text, so that nobody can change it in place

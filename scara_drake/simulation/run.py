@@ -70,9 +70,6 @@ def simulate(
     and `engine` what ran it: "compiled" or "drake", for a reason that `engine_reason` tells.
     If the run fails, what was recorded is kept in a journal, which the error names.
 
-    Drake does not free a Diagram that has systems written in Python: each call leaves about 2 MB in
-    the process. For many runs there is `simulate_many`.
-
     Args:
         scenario: from `load_scenario`; it is not changed.
         duration: [s], in place of the scenario's.

@@ -9,7 +9,7 @@ import numpy as np
 
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.many import recorded
-from scara_drake.simulation.processes import renewed_processes
+from scara_drake.simulation.processes import processes
 from scara_drake.tuning.cost import Cost, Figures
 
 # A scenario, its cost, and whether a failure of the run is an error.
@@ -19,11 +19,11 @@ Simulators = Callable[[list[Task]], Iterable[Figures | None]]
 
 @contextmanager
 def simulators(jobs: int) -> Iterator[Simulators]:
-    """Yield what simulates up to `jobs` tasks, in order, in this process or in several."""
+    """Yield what simulates tasks, in order, in this process or in several."""
     if jobs == 1:
         yield lambda tasks: map(simulate_task, tasks)
         return
-    with renewed_processes(jobs) as pool:
+    with processes(jobs) as pool:
         yield lambda tasks: pool.map(simulate_task, tasks)
 
 
