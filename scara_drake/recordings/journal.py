@@ -70,7 +70,8 @@ class Journal:
         """
         self._file.seek(0)
         self._file.truncate()
-        self._checksum, self._width, self.has_samples = 0, width, False
+        self._blocks = BlockWriter(self._file)
+        self._width, self.has_samples = width, False
         head = {"width": width, "description": description}
         self._blocks.write(HEAD, json.dumps(head).encode(), MAGIC)
 
