@@ -95,6 +95,7 @@ CASES: dict[str, tuple[str, Changes]] = {
             ),
         },
     ),
+    "governed stick": ("teleoperation", {**COMES, "governor": "{}"}),
     "full joints, pose": (
         "teleoperation",
         {**COMES, "inverse_kinematics.joints": "full", "inverse_kinematics.task": "pose"},
@@ -122,7 +123,13 @@ CASES: dict[str, tuple[str, Changes]] = {
     "perturbation": ("joint_sine", {"perturbation": "{offset: 2.0, amplitude: 5.0, start: 0.1}"}),
     "governor": (
         "joint_sine",
-        {"governor": "{}", "robot.payload_mass": 60.0, "operator.frequency": [0, 12, 0, 9, 0, 0]},
+        {
+            "governor": "{}",
+            "robot.payload_mass": 200.0,
+            "controller": "!Pid {}",
+            "operator.move_duration": 2.0,
+            "operator.start": 0.0,
+        },
     ),
     "delayed process": (
         "joint_sine",
@@ -137,7 +144,6 @@ CASES: dict[str, tuple[str, Changes]] = {
             **PRESS,
             "drives": "{lag: {}, friction: {}, encoder: {resolution: 0.0}}",
             "perturbation": "{amplitude: 1.0}",
-            "governor": "{}",
         },
     ),
     "scaled robot": ("joint_sine", {"robot.mass_scale": [0.7, 1.2, 1.1, 0.9, 1.5, 1.0]}),
@@ -152,6 +158,23 @@ CASES: dict[str, tuple[str, Changes]] = {
     ),
     "steps of 0.7 ms": ("teleoperation", {**COMES, "time_step": 0.7e-3}),
 }  # fmt: skip
+
+# Of few structures, for each is compiled once.
+QUICK = [
+    *scenario_names(),
+    *_surfaces(),
+    "Tdpa, jitter with loss",
+    "WaveVariables, constant delay",
+    "controller Pid {}",
+    "all that drives add",
+    "governed stick",
+    "delayed process",
+    "command watch",
+    "logged each 1/3 s",
+    "steps of 0.5 ms",
+    "steps of 2 ms, stick at 1 ms",
+    "steps of 0.7 ms",
+]
 
 
 def scenario_of(name: str, duration: float) -> Scenario:

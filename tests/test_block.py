@@ -189,3 +189,45 @@ def test_a_cloned_context_continues_to_the_bit():
         simulator.AdvanceTo(9.5 * PERIOD)
     continued, cloned = (log.FindLog(run.get_context()).data() for run in (first, second))
     np.testing.assert_array_equal(continued, cloned)
+
+
+def push(t: float, trail: np.ndarray) -> None:
+    trail[:] = t
+
+
+def keep(trail: np.ndarray, kept: np.ndarray, seen: np.ndarray) -> None:
+    kept[:] = np.append(kept[1:], trail)
+    seen[:] = kept
+
+
+def archiving() -> Block:
+    return Block(
+        Declaration(
+            memory={"trail": Memory([-1.0], port=True), "seen": Memory(3, port=True)},
+            period=PERIOD,
+            update=push,
+            archive={"kept": Memory(3)},
+            store=keep,
+            store_period=4 * PERIOD,
+        )
+    )
+
+
+def test_a_store_moves_memory_to_an_archive_before_the_update_of_its_instant():
+    block = archiving()
+    simulator = Simulator(block)
+    simulator.AdvanceTo(8.5 * PERIOD)
+    context = simulator.get_context()
+    seen = block.GetOutputPort("seen").Eval(context)
+    np.testing.assert_allclose(seen, [-1.0, 3 * PERIOD, 7 * PERIOD])
+    clone = Simulator(block, context.Clone())
+    simulator.AdvanceTo(12.5 * PERIOD)
+    clone.AdvanceTo(12.5 * PERIOD)
+    for one in (simulator, clone):
+        seen = block.GetOutputPort("seen").Eval(one.get_context())
+        np.testing.assert_allclose(seen, [3 * PERIOD, 7 * PERIOD, 11 * PERIOD])
+
+
+def test_an_archive_is_for_the_store_alone():
+    with pytest.raises(ValueError, match="argument 'kept' of keep, allowed t, trail, seen"):
+        Block(Declaration(**{**vars(archiving().declaration), "update": keep}))

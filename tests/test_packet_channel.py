@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from leaf import ports, tick
+from leaf import ports
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, VectorSystem
 from pydrake.systems.primitives import LogVectorOutput
@@ -17,21 +17,28 @@ from scara_drake.common.fields import check
 H = 1e-3
 
 
-def run(system, steps, initial=-1.0):
+class Count(VectorSystem):
+    """The number of the tick."""
+
+    def __init__(self):
+        super().__init__(0, 1, False)
+
+    def DoCalcVectorOutput(self, context, inputs, state, output):
+        output[:] = round(context.get_time() / H)
+
+
+def run(system, steps):
     """Send the number of the tick; return received, delay and age after each tick."""
-    context = system.CreateDefaultContext()
-    rows = []
-    for i in range(steps):
-        context.SetTime(i * H)
-        system.get_input_port().FixValue(context, [float(i)])
-        tick(system, context)
-        rows.append(
-            [
-                system.GetOutputPort(name).Eval(context)[0]
-                for name in ("signal_received", "delay", "age_of_information")
-            ]
-        )
-    return np.array(rows).T
+    builder = DiagramBuilder()
+    builder.AddSystem(system)
+    builder.Connect(builder.AddSystem(Count()).get_output_port(), system.get_input_port())
+    logs = [
+        LogVectorOutput(system.GetOutputPort(name), builder, H)
+        for name in ("signal_received", "delay", "age_of_information")
+    ]
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo((steps + 0.5) * H)
+    return np.array([log.FindLog(simulator.get_context()).data()[0, 1:] for log in logs])
 
 
 def test_ports():
@@ -49,14 +56,14 @@ def test_ports():
 @pytest.mark.parametrize("steps", [0, 1, 7, 100])
 def test_a_constant_delay_equals_that_of_signal_delay(steps):
     law = ConstantDelay(steps * H)
+    builder = DiagramBuilder()
+    delay = builder.AddSystem(SignalDelay(law, [-1.0]))
+    builder.Connect(builder.AddSystem(Count()).get_output_port(), delay.get_input_port())
+    log = LogVectorOutput(delay.GetOutputPort("signal_received"), builder, H)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(300.5 * H)
     packets = run(PacketChannel(Packets(law, longest=0.2), [-1.0]), 300)[0]
-    context_of = SignalDelay(law, [-1.0])
-    context = context_of.CreateDefaultContext()
-    for i in range(300):
-        context.SetTime(i * H)
-        context_of.get_input_port().FixValue(context, [float(i)])
-        tick(context_of, context)
-        assert context_of.GetOutputPort("signal_received").Eval(context)[0] == packets[i]
+    np.testing.assert_array_equal(log.FindLog(simulator.get_context()).data()[0, 1:], packets)
 
 
 def test_out_of_order_arrivals_loss_and_outage_by_hand():

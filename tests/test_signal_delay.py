@@ -17,7 +17,7 @@ from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput, Vecto
 from scara_drake.channel.delays import ConstantDelay, SineDelay
 from scara_drake.channel.laws import delay_at
 from scara_drake.channel.links import Channel
-from scara_drake.channel.signal_delay import SignalDelay, push_and_read
+from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.common.fields import check
 
 H = 1e-3
@@ -167,22 +167,6 @@ def test_a_second_run_on_the_same_diagram_starts_clean() -> None:
     second = logged(run(diagram, 0.4), "signal_received")[1]
     np.testing.assert_array_equal(first, second)
     np.testing.assert_array_equal(second[0], [5.0, 5.0])
-
-
-@settings(max_examples=100, deadline=None)
-@given(
-    samples=st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=40),
-    age=st.floats(0, 9),
-)
-def test_ring_reads_what_was_sent_that_long_ago(samples: list[float], age: float) -> None:
-    ring = np.zeros(1 + 10 * 1)
-    received = np.empty(1)
-    history = [0.0] * 10
-    for sample in samples:
-        history.append(sample)
-        push_and_read(ring, np.array([sample]), age, received)
-        wanted = np.interp(len(history) - 1 - age, np.arange(len(history)), history)
-        assert received[0] == pytest.approx(wanted, abs=1e-9)
 
 
 @settings(deadline=None)

@@ -12,7 +12,7 @@ from scara_drake.common.fields import number, vector
 
 Array = NDArray[np.float64]
 
-LONGEST = 60.0  # [s]; a ring of it is copied at every tick, so this is a bound against slips
+LONGEST = 60.0  # [s]; a bound against slips
 
 
 class Delay:

@@ -2,29 +2,24 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
-from scara_drake.channel.impairments import (
-    JITTER,
-    LOSS,
-    TICK,
-    Jitter,
-    Loss,
-    in_outage,
-    is_lost,
-    jitter_time,
+from scara_drake.channel.flight import (
+    FLIGHT,
+    LINK,
+    PACKET,
+    show_counts,
+    step_packets,
+    store_packets,
 )
-from scara_drake.channel.laws import delay_at
-from scara_drake.channel.signal_delay import check_signal
+from scara_drake.channel.impairments import TICK, Jitter, Loss
+from scara_drake.channel.signal_delay import check_signal, store_ticks
 from scara_drake.common import fields
 from scara_drake.common.block import Block, Declaration, Input, Memory, Output
 from scara_drake.common.fields import number, vector
-from scara_drake.common.layout import REST, Cell, Layout
 
 Array = NDArray[np.float64]
 
@@ -88,8 +83,17 @@ class Packets:
         """Return the link for a signal that starts from `initial` (n,)."""
         return PacketChannel(self, initial, period, seed)
 
-    def parameters(self, period: float) -> Array:
-        """Return the link as `step_packets` takes it, for ticks of `period` [s]."""
+    def ticks(self, period: float) -> int:
+        """Return within how many ticks of `period` [s] every packet arrives, and one more."""
+        return math.ceil(self.longest / period) + 2
+
+    def parameters(self, period: float, ahead: int) -> Array:
+        """Return the link as kernels take it.
+
+        Args:
+            period: of the ticks [s].
+            ahead: ticks whose arrivals the channel has at hand.
+        """
         law = self.delay.parameters()
         return LINK.pack(
             jitter=self.jitter.parameters(),
@@ -98,128 +102,10 @@ class Packets:
             period=period,
             send_period=self.send_period,
             stride=round(self.send_period / period),
+            ahead=ahead,
             law_size=law.size,
             law_and_outages=[*law, *self.outages],
         )
-
-
-class Link(NamedTuple):
-    """`Packets` in a kernel.
-
-    Attributes:
-        jitter: of `Jitter.parameters`.
-        loss: of `Loss.parameters`.
-        longest: travel of a packet that still arrives [s].
-        period: of the ticks [s].
-        send_period: from packet to packet [s].
-        stride: ticks in a send period.
-        law_size: entries of the law.
-        law_and_outages: law of the delay, then the outages (2 n,) [s].
-    """
-
-    jitter: Array
-    loss: Array
-    longest: float
-    period: float
-    send_period: float
-    stride: float
-    law_size: float
-    law_and_outages: Array
-
-
-class Flight(NamedTuple):
-    """Memory of the link: the packets on their way, of which each has a slot, used again and again.
-
-    When one was sent follows from the first packet and the send period: the memory is copied at
-    every tick, so a slot holds no more than it must.
-
-    Attributes:
-        count: of the packets sent.
-        lost: how many of them never arrive.
-        newest: number of the packet in use; -1 before the first.
-        bad: 1 while the link is bad.
-        first: when the first packet was sent [s].
-        stamp: when the packet in use was sent [s].
-        slots: when each arrives (slots,) [s], infinite if lost, then the payloads (slots, n).
-    """
-
-    count: Cell
-    lost: Cell
-    newest: Cell
-    bad: Cell
-    first: Cell
-    stamp: Cell
-    slots: Array
-
-
-LINK = Layout(Link, jitter=JITTER.size, loss=LOSS.size, law_and_outages=REST)
-FLIGHT = Layout(Flight, count=(), lost=(), newest=(), bad=(), first=(), stamp=(), slots=REST)
-link_of, flight_of = LINK.reader(), FLIGHT.reader()
-
-
-@njit(cache=True)
-def travel_time(t: float, link: Array, seed: int, packet: int, bad: Cell) -> float:
-    """Time [s] that a packet takes which is sent at t [s], infinite if it never arrives."""
-    p = link_of(link)
-    law, outages = p.law_and_outages[: int(p.law_size)], p.law_and_outages[int(p.law_size) :]
-    lost = is_lost(p.loss, seed, packet, bad) or in_outage(outages, t)
-    travel = max(delay_at(law, t) + jitter_time(p.jitter, seed, packet), 0.0)
-    return np.inf if lost or travel > p.longest + TICK else travel
-
-
-@njit(cache=True)
-def step_packets(
-    t: float,
-    signal_sent: Array,
-    link: Array,
-    seed: int,
-    flight: Array,
-    signal_received: Array,
-    delay: Array,
-    age_of_information: Array,
-) -> None:
-    """One tick of `PacketChannel`, in place.
-
-    Args:
-        t: time now [s].
-        signal_sent: (n,).
-        link: see `Link`.
-        seed: of jitter and loss.
-        flight: memory, see `Flight`.
-        signal_received: (n,).
-        delay: (1,), of the packet in use [s].
-        age_of_information: (1,), since the packet in use was sent [s].
-    """
-    p, m = link_of(link), flight_of(flight)
-    n = signal_sent.size
-    slots = m.slots.size // (n + 1)
-    arrivals, payloads = m.slots[:slots], m.slots[slots:].reshape((slots, n))
-    count = int(m.count[()])
-    if round(t / p.period) % int(p.stride) == 0:
-        if count == 0:
-            m.first[()] = t
-        arrivals[count % slots] = t + travel_time(t, link, seed, count, m.bad)
-        payloads[count % slots] = signal_sent
-        if np.isinf(arrivals[count % slots]):
-            m.lost[()] += 1.0
-        count += 1
-        m.count[()] = count
-    for packet in range(count - 1, max(int(m.newest[()]), count - slots - 1), -1):
-        arrival = arrivals[packet % slots]
-        if arrival <= t + TICK:
-            stamp = m.first[()] + packet * p.send_period
-            m.newest[()], m.stamp[()] = packet, stamp
-            signal_received[:] = payloads[packet % slots]
-            delay[:] = arrival - stamp
-            break
-    age_of_information[:] = t - m.stamp[()]
-
-
-@njit(cache=True)
-def show_counts(flight: Array, packet_counts: Array) -> None:
-    """Write how many packets were sent, and how many of them never arrive (2,)."""
-    m = flight_of(flight)
-    packet_counts[0], packet_counts[1] = m.count[()], m.lost[()]
 
 
 class PacketChannel(Block):
@@ -243,6 +129,8 @@ class PacketChannel(Block):
 
     The ports change right after t, as those of `SignalDelay`, which a constant delay of whole
     periods equals bit for bit. Jitter and loss depend on the seed and the count of packets only.
+    The memory has a row for each tick until `longest`. Where these are many, those of the next few
+    ticks are at hand and the others are an archive, so that they are not copied at each tick.
 
     Args:
         packets: a checked link.
@@ -261,8 +149,13 @@ class PacketChannel(Block):
         fields.check(packets, "packets")
         first = check_signal(initial, period)
         fields.check_sampling(packets, "packets", period)
-        slots = math.ceil(packets.longest / packets.send_period) + 1
-        flight = FLIGHT.zeros(newest=-1.0, slots=np.zeros(slots * (first.size + 1)))
+        ticks, size = packets.ticks(period), PACKET.size + first.size
+        every = store_ticks(ticks, size)
+        # A tick more than the store waits: it comes before a tick or after it, by a rounding.
+        ahead = every + 1 if every else ticks
+        here = np.zeros((2 if every else 1) * ahead * size)
+        until = -1.0 if every else np.inf
+        flight = FLIGHT.zeros(in_use=-1.0, tick=-1.0, until=until, rows=here)
         super().__init__(
             Declaration(
                 inputs={"signal_sent": Input(first.size)},
@@ -273,8 +166,15 @@ class PacketChannel(Block):
                     "flight": Memory(flight),
                 },
                 outputs={"packet_counts": Output(2, show_counts)},
-                parameters={"link": packets.parameters(period), "seed": seed},
+                parameters={
+                    "link": packets.parameters(period, ahead),
+                    "seed": seed,
+                    "size": size,
+                },
                 period=period,
                 update=step_packets,
+                archive={"archived": Memory(ticks * size)} if every else {},
+                store=store_packets if every else None,
+                store_period=every * period,
             )
         )

@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.common.value import AbstractValue
+from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
+    BasicVector,
     DependencyTicket,
     DiscreteStateIndex,
     InputPort,
@@ -35,6 +36,8 @@ ENABLED = 0.5  # an enable input from here on lets the block run
 # How the code that calls a kernel takes a group of the memory: to write it, or to read it.
 WRITTEN = "discrete.get_mutable_value({})"
 READ = "context.get_discrete_state({}).value()"
+STORED = "state.get_mutable_discrete_state({}).get_mutable_value()"
+ARCHIVED = "state.get_mutable_abstract_state({}).get_mutable_value().get_mutable_value()"
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,12 @@ class Declaration:
         with_plant: it is updated together with the step of a sampled plant, before the others, and
             reads what the plant showed before that step.
         sample: kernel that runs so before every `update`.
+        archive: long memory by name, which `store` alone reads and writes; no port shows it. All
+            other memory of a block is copied by Drake at each of its updates.
+        store: kernel that moves between memory and archive: once in `store_period`, from t = 0 on,
+            just before the update of that instant or just after it. It has to do for both, as the
+            times of two periods differ by a rounding; it reads no input.
+        store_period: [s], a multiple of the period.
     """
 
     inputs: Mapping[str, Input] = field(default_factory=dict)
@@ -118,6 +127,9 @@ class Declaration:
     rest_initialize: Kernel | None = None
     with_plant: bool = False
     sample: Kernel | None = None
+    archive: Mapping[str, Memory] = field(default_factory=dict)
+    store: Kernel | None = None
+    store_period: float = 0.0
 
 
 def arguments_of(kernel: Kernel) -> list[str]:
@@ -164,6 +176,10 @@ class Block(LeafSystem, metaclass=_Collectable):
             name: int(self.DeclareDiscreteState(_first_values(memory.initial)))
             for name, memory in declaration.memory.items()
         }
+        self._archives = {
+            name: int(self.DeclareAbstractState(Value(BasicVector(_first_values(memory.initial)))))
+            for name, memory in declaration.archive.items()
+        }
         for name, memory in declaration.memory.items():
             if memory.port:
                 self.DeclareStateOutputPort(name, DiscreteStateIndex(self._groups[name]))
@@ -185,6 +201,9 @@ class Block(LeafSystem, metaclass=_Collectable):
             self._declare_start(self._event(is_.initialize, is_.rest_initialize or is_.rest))
         if is_.sample is not None:
             self._declare_with_plant(self._caller(is_.sample, WRITTEN))
+        if is_.store is not None:
+            store = self._caller(is_.store, STORED)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(is_.store_period, 0.0, store)
         if is_.update is None:
             return
         event = self._event(is_.update, is_.rest)
@@ -256,18 +275,22 @@ class Block(LeafSystem, metaclass=_Collectable):
                 passed.append(name)
             elif name in is_.memory:
                 passed.append(memory.format(self._groups[name]))
+            elif name in is_.archive and memory == STORED:
+                passed.append(ARCHIVED.format(self._archives[name]))
             elif name in is_.parameters:
                 scope[name] = is_.parameters[name]
                 passed.append(name)
             else:
-                known = [TIME, *is_.inputs, *is_.memory, *is_.parameters]
+                long = is_.archive if memory == STORED else {}
+                known = [TIME, *is_.inputs, *is_.memory, *long, *is_.parameters]
                 raise ValueError(
                     f"{type(self).__name__}: argument '{name}' of {kernel.__name__}, "
                     f"allowed {', '.join(known)}"
                 )
         lines += self._guard(arguments_of(kernel), scope)
         body = "\n    ".join([*lines, f"kernel({', '.join(passed)})"])
-        exec(f"def call(context, discrete):\n    {body}", scope)
+        state = "state" if memory == STORED else "discrete"
+        exec(f"def call(context, {state}):\n    {body}", scope)
         call: Callable[[Any, Any], None] = scope["call"]
         return call
 

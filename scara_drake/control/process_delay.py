@@ -19,7 +19,7 @@ from scara_drake.common import checks
 
 AMPLITUDE = 100.0  # of zeta and d; in B in units of u [m/s², rad/s²]
 SAMPLE = 1e-3  # [s]
-LONGEST = 2.5  # [s]; a ring of it is copied at every tick
+LONGEST = 2.5  # [s]
 
 
 @dataclass

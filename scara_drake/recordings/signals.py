@@ -125,3 +125,44 @@ SIGNALS: Final[dict[str, Signal]] = {
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
 }
+# Which Diagrams have a signal that others do not: by the signal, where it is not there always.
+PRESENT: Final[dict[str, str]] = {
+    "device_connected": "the operator's device is a live one",
+    "f_kinesthetic": "the scenario has `kinesthetic`",
+    "motion_master": "the operator is a `!Master`",
+    "f_master": "the operator is a `!Master`",
+    "f_hand": "the operator is a `!Master`",
+    "hand_target": "the operator is a `!Master`",
+    "energy_master": "the operator is a `!Master`",
+    "energy_slave": "the operator is a `!Master`",
+    "tool_command_received": "a command crosses the channel",
+    "age_up": "the uplink has packets",
+    "age_down": "the downlink has packets",
+    "command_watch": "the scenario has `channel.watch`",
+    "packet_counts_up": "the uplink has packets",
+    "packet_counts_down": "the downlink has packets",
+    "saturation": "the controller is neither `!InverseDynamics` nor your own",
+    "state_desired_governed": "the scenario has a `governor`",
+    "actuation_delivered": "the scenario has `drives.lag`",
+    "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
+    "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
+    "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
+}
+# What a recording says of itself.
+ATTRIBUTES: Final[dict[str, str]] = {
+    "scenario_name": "name of the scenario",
+    "scenario": "the whole scenario as YAML text: a file of it runs again",
+    "seed": "of all random draws",
+    "versions": "of Python and of the packages that made it, JSON",
+    "engine": "what ran the Diagram: `drake` or `compiled`",
+    "engine_reason": "why it was not the other, where there is a reason",
+    "device": "the operator's device, or the trace in its place",
+    "ended_by": "what ended the run: `duration`, an interrupt, an error, `cut off`, damage",
+    "ended_at": "when it ended [s]",
+    "first_posture_method": "who found the posture that the arm started from, if one was searched",
+    "first_posture_evaluations": "in how many evaluations",
+    "first_posture_seconds": "in which time [s]; it differs from run to run",
+    "Conventions": "of the metadata: CF",
+    "format_version": "of the files; those of before are read too",
+    "comment": "on units and frames",
+}

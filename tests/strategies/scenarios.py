@@ -73,6 +73,45 @@ def settings_within_bounds(draw: st.DrawFn, most: int = 3) -> dict[str, Any]:
     return chosen
 
 
+def fields_in(part: Any, path: str = "") -> Iterator[tuple[str, Spec, Any]]:
+    """Yield the dotted key, the spec and the value of every field of a scenario as it is."""
+    for entry in dataclasses.fields(part):
+        where, value = f"{path}{entry.name}", getattr(part, entry.name)
+        if KEY in entry.metadata:
+            yield where, entry.metadata[KEY], value
+        elif dataclasses.is_dataclass(value):
+            yield from fields_in(value, f"{where}.")
+        elif isinstance(value, list):
+            for index, one in enumerate(value):
+                if dataclasses.is_dataclass(one):
+                    yield from fields_in(one, f"{where}.{index}.")
+
+
+def near(spec: Spec, value: Any) -> st.SearchStrategy[Any]:
+    """Values of a field within a factor of two of one, and within its bounds."""
+    if spec.choices:
+        return st.sampled_from(spec.choices)
+    if isinstance(value, list):
+        if spec.size is None or spec.width:  # their order may matter
+            return st.just(value)
+        return st.tuples(*(near(Spec(low=spec.low, high=spec.high), one) for one in value)).map(
+            list
+        )
+    if isinstance(value, int):
+        return st.integers(int(max(spec.low, 0)), int(min(spec.high, 1000)))
+    factors = st.floats(-1.0, 1.0).map(lambda power: 2.0**power)
+    return factors.map(lambda factor: min(max(value * factor, spec.low), spec.high))
+
+
+@st.composite
+def settings_near(draw: st.DrawFn, scenario: Scenario, most: int = 8) -> dict[str, Any]:
+    """Settings of what a scenario has, near the values that it has; its parts stay the same."""
+    fields = st.sampled_from([field for field in fields_in(scenario) if field[0] != "duration"])
+    return {
+        key: draw(near(spec, value)) for key, spec, value in draw(st.lists(fields, max_size=most))
+    }
+
+
 NASTY = (
     "1" + "0" * 400, "-" + "9" * 5000, "1e999", ".nan", "-.inf", "0x" + "f" * 400, "1_0", "~", "''",
     "!", "! {}", "!! {}", "!Odd {}", "!Odd 3", "!!python/object:os.system {}", "!!binary aGk=",

@@ -1,0 +1,224 @@
+"""Packets on their way, inside kernels.
+
+When a packet arrives is known when it is sent. So the memory is a calendar: a row a tick, and in it
+the packet that arrives there, the one sent last if there are several.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scara_drake.channel.impairments import JITTER, LOSS, TICK, in_outage, is_lost, jitter_time
+from scara_drake.channel.laws import delay_at
+from scara_drake.common.layout import REST, Cell, Layout
+
+Array = NDArray[np.float64]
+
+
+class Link(NamedTuple):
+    """`Packets` in a kernel.
+
+    Attributes:
+        jitter: of `Jitter.parameters`.
+        loss: of `Loss.parameters`.
+        longest: travel of a packet that still arrives [s].
+        period: of the ticks [s].
+        send_period: from packet to packet [s].
+        stride: ticks in a send period.
+        ahead: ticks in the calendar at hand.
+        law_size: entries of the law.
+        law_and_outages: law of the delay, then the outages (2 n,) [s].
+    """
+
+    jitter: Array
+    loss: Array
+    longest: float
+    period: float
+    send_period: float
+    stride: float
+    ahead: float
+    law_size: float
+    law_and_outages: Array
+
+
+class Packet(NamedTuple):
+    """What a row has before the payload (n,).
+
+    Attributes:
+        ordinal: number of the packet + 1; 0 in an empty row.
+        arrival: [s].
+    """
+
+    ordinal: Cell
+    arrival: Cell
+
+
+class Flight(NamedTuple):
+    """Memory of the link.
+
+    Attributes:
+        count: of the packets sent.
+        lost: how many of them never arrive.
+        in_use: number of the packet in use; -1 before the first.
+        bad: 1 while the link is bad.
+        first: when the first packet was sent [s].
+        stamp: when the packet in use was sent [s].
+        tick: the last one, t / period.
+        until: last tick of the calendar at hand; infinite without an archive.
+        waiting: packets that arrive later, and wait to be stored.
+        rows: calendar (ahead, size), that of tick k in row k mod ahead; then the waiting packets
+            (ahead, size), which are none without an archive.
+    """
+
+    count: Cell
+    lost: Cell
+    in_use: Cell
+    bad: Cell
+    first: Cell
+    stamp: Cell
+    tick: Cell
+    until: Cell
+    waiting: Cell
+    rows: Array
+
+
+LINK = Layout(Link, jitter=JITTER.size, loss=LOSS.size, law_and_outages=REST)
+PACKET = Layout(Packet, ordinal=(), arrival=())
+FLIGHT = Layout(
+    Flight,
+    count=(),
+    lost=(),
+    in_use=(),
+    bad=(),
+    first=(),
+    stamp=(),
+    tick=(),
+    until=(),
+    waiting=(),
+    rows=REST,
+)
+HEAD = PACKET.size
+link_of, packet_of, flight_of = LINK.reader(), PACKET.reader(), FLIGHT.reader()
+
+
+@njit(cache=True)
+def travel_time(t: float, link: Array, seed: int, packet: int, bad: Cell) -> float:
+    """Time [s] that a packet takes which is sent at t [s], infinite if it never arrives."""
+    p = link_of(link)
+    law, outages = p.law_and_outages[: int(p.law_size)], p.law_and_outages[int(p.law_size) :]
+    lost = is_lost(p.loss, seed, packet, bad) or in_outage(outages, t)
+    travel = max(delay_at(law, t) + jitter_time(p.jitter, seed, packet), 0.0)
+    return np.inf if lost or travel > p.longest + TICK else travel
+
+
+@njit(cache=True)
+def tick_of(arrival: float, period: float) -> int:
+    """First tick k at which what arrives then [s] is there: arrival <= k period."""
+    k = math.ceil((arrival - TICK) / period)
+    while arrival <= (k - 1) * period + TICK:  # the quotient is rounded
+        k -= 1
+    while arrival > k * period + TICK:
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def send(t: float, signal_sent: Array, link: Array, seed: int, flight: Array) -> None:
+    """Send a packet at t [s]: into the calendar, or to those that wait."""
+    p, m = link_of(link), flight_of(flight)
+    packet, ahead = int(m.count[()]), int(p.ahead)
+    m.count[()] += 1.0
+    if packet == 0:
+        m.first[()] = t
+    arrival = t + travel_time(t, link, seed, packet, m.bad)
+    if np.isinf(arrival):
+        m.lost[()] += 1.0
+        return
+    rows = m.rows.reshape((-1, HEAD + signal_sent.size))
+    due = tick_of(arrival, p.period)
+    at = due % ahead
+    if due > m.until[()]:
+        at = ahead + int(m.waiting[()]) % ahead
+        m.waiting[()] += 1.0
+    row = packet_of(rows[at])
+    row.ordinal[()], row.arrival[()] = packet + 1, arrival
+    rows[at, HEAD:] = signal_sent
+
+
+@njit(cache=True)
+def step_packets(
+    t: float,
+    signal_sent: Array,
+    link: Array,
+    seed: int,
+    flight: Array,
+    signal_received: Array,
+    delay: Array,
+    age_of_information: Array,
+) -> None:
+    """One tick of `PacketChannel`, in place.
+
+    Args:
+        t: time now [s].
+        signal_sent: (n,).
+        link: see `Link`.
+        seed: of jitter and loss.
+        flight: memory, see `Flight`.
+        signal_received: (n,).
+        delay: (1,), of the packet in use [s].
+        age_of_information: (1,), since the packet in use was sent [s].
+    """
+    p, m = link_of(link), flight_of(flight)
+    tick, ahead = round(t / p.period), int(p.ahead)
+    m.tick[()] = tick
+    if tick > m.until[()]:  # nothing was stored before
+        m.until[()] = tick + ahead - 1
+    if tick % int(p.stride) == 0:
+        send(t, signal_sent, link, seed, flight)
+    row = m.rows.reshape((-1, HEAD + signal_sent.size))[tick % ahead]
+    arrived = packet_of(row)
+    packet = int(arrived.ordinal[()]) - 1
+    arrived.ordinal[()] = 0.0
+    if packet > int(m.in_use[()]):
+        m.in_use[()], m.stamp[()] = packet, m.first[()] + packet * p.send_period
+        delay[:] = arrived.arrival[()] - m.stamp[()]
+        signal_received[:] = row[HEAD:]
+    age_of_information[:] = t - m.stamp[()]
+
+
+@njit(cache=True)
+def store_packets(link: Array, size: int, flight: Array, archived: Array) -> None:
+    """Store of `PacketChannel`: put the waiting packets into the calendar, and turn its page.
+
+    Args:
+        link: see `Link`.
+        size: of a row.
+        flight: memory, see `Flight`.
+        archived: the calendar (ticks, size) of all ticks, that of tick k in row k mod ticks.
+    """
+    p, m = link_of(link), flight_of(flight)
+    ahead, rows, calendar = int(p.ahead), m.rows.reshape((-1, size)), archived.reshape((-1, size))
+    ticks, last = calendar.shape[0], int(m.tick[()])
+    for index in range(min(int(m.waiting[()]), ahead)):
+        row = rows[ahead + index]
+        calendar[tick_of(packet_of(row).arrival[()], p.period) % ticks] = row
+    m.waiting[()] = 0.0
+    for tick in range(last + 1, last + ahead + 1):
+        stored, at_hand = packet_of(calendar[tick % ticks]), packet_of(rows[tick % ahead])
+        # What was sent since, into the page before, came later.
+        if stored.ordinal[()] > at_hand.ordinal[()]:
+            rows[tick % ahead] = calendar[tick % ticks]
+        stored.ordinal[()] = 0.0
+    m.until[()] = last + ahead
+
+
+@njit(cache=True)
+def show_counts(flight: Array, packet_counts: Array) -> None:
+    """Write how many packets were sent, and how many of them never arrive (2,)."""
+    m = flight_of(flight)
+    packet_counts[0], packet_counts[1] = m.count[()], m.lost[()]
