@@ -304,7 +304,7 @@ def _add_tune(commands: Any) -> None:
         "--effort-weight", type=float, default=0.1, metavar="W", help="in the cost (default 0.1)"
     )
     parser.add_argument(
-        "--jobs", type=int, default=1, metavar="N", help="processes that simulate (default 1)"
+        "--jobs", type=int, default=1, metavar="N", help="runs side by side (default 1)"
     )
     parser.set_defaults(module="scara_drake.cli.tune", extra="tune")
 

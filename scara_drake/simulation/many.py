@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -11,7 +10,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import islice
-from pathlib import Path
 from typing import Final, Generic, TypeVar
 
 import xarray as xr
@@ -189,8 +187,7 @@ def recorded(scenario: Scenario, engine: str = AUTO) -> xr.Dataset:
         KeyboardInterrupt: the run was interrupted.
         ValueError, RuntimeError: the run failed.
     """
-    with tempfile.TemporaryDirectory(prefix="scara_drake_") as folder:
-        result = run(scenario, Path(folder) / "run.journal", engine=engine)
+    result = run(scenario, engine)
     if result.interrupted:
         raise KeyboardInterrupt
     return result.recording
