@@ -208,7 +208,7 @@ def archiving() -> Block:
             update=push,
             archive={"kept": Memory(3)},
             store=keep,
-            store_period=4 * PERIOD,
+            store_ticks=4,
         )
     )
 

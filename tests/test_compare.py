@@ -20,7 +20,7 @@ from scara_drake.joints import JOINT_NAMES
 
 def run(name: str, duration: float = 0.3, **fields: object) -> xr.Dataset:
     settings = {key.replace("__", "."): value for key, value in fields.items()}
-    return sd.simulate(sd.load_scenario(name, settings), duration=duration)
+    return sd.simulate(sd.load_scenario(name, settings), duration=duration, engine="drake")
 
 
 @pytest.fixture(scope="module")

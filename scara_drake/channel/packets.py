@@ -175,6 +175,6 @@ class PacketChannel(Block):
                 update=step_packets,
                 archive={"archived": Memory(ticks * size)} if every else {},
                 store=store_packets if every else None,
-                store_period=every * period,
+                store_ticks=every,
             )
         )

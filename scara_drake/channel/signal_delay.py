@@ -203,6 +203,6 @@ class SignalDelay(Block):
                 update=delay_step,
                 archive={"archived": Memory(np.tile(first, rows))} if ticks else {},
                 store=look_ahead if ticks else None,
-                store_period=ticks * period,
+                store_ticks=ticks,
             )
         )

@@ -108,10 +108,10 @@ class Declaration:
         sample: kernel that runs so before every `update`.
         archive: long memory by name, which `store` alone reads and writes; no port shows it. All
             other memory of a block is copied by Drake at each of its updates.
-        store: kernel that moves between memory and archive: once in `store_period`, from t = 0 on,
-            just before the update of that instant or just after it. It has to do for both, as the
-            times of two periods differ by a rounding; it reads no input.
-        store_period: [s], a multiple of the period.
+        store: kernel that moves between memory and archive; it reads no input. It runs with the
+            first update and then with every `store_ticks`-th, just before it or just after it. It
+            has to do for both, as the times of two periods may differ by a rounding.
+        store_ticks: updates from store to store.
     """
 
     inputs: Mapping[str, Input] = field(default_factory=dict)
@@ -129,7 +129,7 @@ class Declaration:
     sample: Kernel | None = None
     archive: Mapping[str, Memory] = field(default_factory=dict)
     store: Kernel | None = None
-    store_period: float = 0.0
+    store_ticks: int = 0
 
 
 def arguments_of(kernel: Kernel) -> list[str]:
@@ -203,7 +203,8 @@ class Block(LeafSystem, metaclass=_Collectable):
             self._declare_with_plant(self._caller(is_.sample, WRITTEN))
         if is_.store is not None:
             store = self._caller(is_.store, STORED)
-            self.DeclarePeriodicUnrestrictedUpdateEvent(is_.store_period, 0.0, store)
+            between = is_.store_ticks * is_.period
+            self.DeclarePeriodicUnrestrictedUpdateEvent(between, is_.offset, store)
         if is_.update is None:
             return
         event = self._event(is_.update, is_.rest)

@@ -25,7 +25,7 @@ from scara_drake.common.finite import all_finite
 from scara_drake.engine.graph import Graph
 from scara_drake.engine.source import source_of
 from scara_drake.engine.store import Store, is_stored, pointer_to
-from scara_drake.engine.writer import FIXED, Source
+from scara_drake.engine.writer import FIXED, STORE_TICKS, Source
 
 Array = NDArray[np.float64]
 
@@ -82,11 +82,15 @@ def first_value(declaration: Declaration, name: str) -> Any:
 
     Args:
         declaration: of its block.
-        name: of the memory, the output, the parameter, or the input that is not connected.
+        name: of the memory, the archive, the output, the parameter, or the input that is not
+            connected; or `STORE_TICKS`.
     """
     is_ = declaration
-    if name in is_.memory:
-        initial = is_.memory[name].initial
+    if name == STORE_TICKS:
+        return is_.store_ticks
+    memory = {**is_.memory, **is_.archive}
+    if name in memory:
+        initial = memory[name].initial
         return np.zeros(initial) if isinstance(initial, int) else _array(initial)
     if name in is_.outputs:
         return np.zeros(is_.outputs[name].size)

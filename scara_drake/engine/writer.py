@@ -14,6 +14,7 @@ from scara_drake.engine.errors import NotCompilableError
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.store import reading
 
+STORE_TICKS = "store_ticks"  # argument: of the declaration
 # Why the function came back before its last tick.
 DONE, NOT_FINITE, AT_LIMIT, NEAR = 0, 1, 2, 3
 # The arguments before those of the blocks.
@@ -88,6 +89,11 @@ class Writer:
     def line(self, text: str) -> None:
         """Write a line."""
         self.made.lines.append("    " * self._depth + text)
+
+    def leave(self) -> None:
+        """Write how the function comes back before its time, with the samples that it has."""
+        self.line("cursor[0], cursor[1] = row, logged")
+        self.line("return k")
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
@@ -177,7 +183,7 @@ class Writer:
                 passed.append(self._time)
             elif name in is_.inputs:
                 passed.append(self._input(node, name))
-            elif name in is_.memory:
+            elif name in is_.memory or name in is_.archive:
                 passed.append(self.buffer(node.memory(name)))
             else:
                 passed.append(self.argument(f"{node.name}__{name}", node.name, name))
@@ -201,12 +207,17 @@ class Writer:
         tests = " and ".join(f"all_finite({a}, {b})" for a, b in pairs)
         with self.block(f"if not ({tests}):"):
             self.line(f"stop[0], stop[1] = {NOT_FINITE}, {len(self.made.guards)}")
-            self.line("return k")
+            self.leave()
         self.made.guards.append((node.name, [name for name, _ in watched]))
 
     def update(self, node: Node, copies: set[tuple[str, Buffer]]) -> None:
-        """Write an update, or the rest where it is not enabled."""
+        """Write an update, or the rest where it is not enabled, and the store before it."""
         is_ = node.declaration
+        if is_.store is not None:
+            count = f"{node.name}__count" if node in self.slow else "k"
+            ticks = self.argument(f"{node.name}__{STORE_TICKS}", node.name, STORE_TICKS)
+            with self.block(f"if {count} % {ticks} == 0:"):
+                self.call(node, is_.store, {})
         instead = {
             name: f"{buffer}__before"
             for name, buffer in node.reads.items()

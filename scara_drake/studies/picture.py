@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 MOST_PANELS: Final = 12  # in a row
 WIDE: Final = 50.0  # largest over smallest, from which on a scale is logarithmic
+WIDEST: Final = 1e6  # largest over smallest that has a colour of its own
 NO, YES = look.VERDICTS[2], look.VERDICTS[0]
 HATCHES: Final = {"run failed": "xxxx", "no figure": "////"}
 PANEL: Final = (2.7, 2.5)  # [inch]
@@ -221,7 +222,7 @@ def _colors(values: xr.DataArray) -> tuple[Colormap, Normalize]:
     if not np.isfinite(low):  # there is none
         low, high = 0.0, 1.0
     if _is_wide(values):
-        return mpl.colormaps["viridis"], LogNorm(low, high)
+        return mpl.colormaps["viridis"], LogNorm(max(low, high / WIDEST), high)
     return mpl.colormaps["viridis"], Normalize(low, high)
 
 
@@ -241,7 +242,9 @@ def _explain_colors(
             title_fontsize="small",
         )
         return
-    figure.colorbar(ScalarMappable(norm, colors), ax=list(row)).set_label(_label(values))
+    below = "min" if float(values.min()) < (norm.vmin or 0.0) else "neither"
+    bar = figure.colorbar(ScalarMappable(norm, colors), ax=list(row), extend=below)
+    bar.set_label(_label(values))
 
 
 def _is_wide(values: xr.DataArray) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.many import recorded
-from scara_drake.simulation.processes import renewed_processes
+from scara_drake.simulation.processes import processes
 from scara_drake.simulation.steppers import AUTO, COMPILED, DRAKE
 from scara_drake.tuning.cost import Cost, Figures
 
@@ -29,13 +29,13 @@ def simulators(jobs: int) -> Iterator[Simulators]:
     if jobs == 1:
         yield lambda tasks: map(simulate_task, tasks)
         return
-    with ThreadPoolExecutor(jobs) as threads, renewed_processes(jobs) as processes:
+    with ThreadPoolExecutor(jobs) as threads, processes(jobs) as pool:
 
         def simulate_here(task: Task) -> Figures | None:
             try:
                 return simulate_task(task, COMPILED)
             except (NotCompilableError, LeftTheModelError):
-                return processes.submit(simulate_task, task, DRAKE).result()
+                return pool.submit(simulate_task, task, DRAKE).result()
 
         try:
             yield lambda tasks: threads.map(simulate_here, tasks)
