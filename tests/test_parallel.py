@@ -32,5 +32,5 @@ def test_an_error_ends_those_that_have_not_begun() -> None:
 
 @pytest.mark.parametrize("jobs", [0, -1, 1025])
 def test_jobs_out_of_bounds_are_refused(jobs: int) -> None:
-    with pytest.raises(ValueError, match="^jobs: "):
+    with pytest.raises(ValueError, match=r"^jobs: "):
         list(side_by_side(abs, [1], jobs))
