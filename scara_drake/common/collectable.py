@@ -15,4 +15,5 @@ class Collectable(type(LeafSystem)):  # type: ignore[misc] # has no name in pydr
     """
 
     def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> Collectable:
+        """Make a class with slots, none of its own unless it names some."""
         return super().__new__(cls, name, bases, {"__slots__": (), **namespace})
