@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from journalled import journalled
 from kinds import of_kind
 from numba import njit
 from pydrake.geometry import Meshcat
@@ -17,7 +18,6 @@ from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.environment import Box, Environment
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.plant.perturbation import JointPerturbation
-from scara_drake.simulation.run import run
 
 
 def own_controller():
@@ -189,7 +189,7 @@ def test_a_nan_stops_the_run_names_its_maker_and_keeps_what_was_recorded(engine,
     scenario.perturbation = NanForce()
     journal = tmp_path / "run.journal"
     with pytest.raises(RuntimeError) as error:
-        run(scenario, journal, engine=engine)
+        journalled(scenario, journal, engine=engine)
     told = "perturbation: port 'perturbation_force' at t = 0.02 s: perturbation_force[2] is nan"
     assert str(error.value) == told
     assert str(journal) in "".join(error.value.__notes__)

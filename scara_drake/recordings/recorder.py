@@ -52,7 +52,7 @@ class SignalBundle(Multiplexer):
     Output port: all of them, stacked.
     """
 
-    __slots__ = ()  # so that it can be freed, see `Block`
+    __slots__ = ()  # so that it can be freed, see `Collectable`
 
     def __init__(self, sizes: list[int], metadata: dict[str, Any]):
         super().__init__(sizes)
