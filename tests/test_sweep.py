@@ -301,6 +301,7 @@ def die(scenario, recording):
     return scenario.seed
 
 
+@pytest.mark.slow
 def test_a_process_that_ends_loses_its_own_run_alone():
     found = dict(each_run(enumerate(scenarios(3)), die, jobs=2, engine="drake"))
     assert found[1] == Failed("its process ended")
