@@ -7,6 +7,8 @@ REPORT = """
 import gc
 from numba.core.registry import CPUDispatcher
 import scara_drake as sd
+for name in sd.__all__:
+    getattr(sd, name)
 kernels = [k for k in gc.get_objects() if isinstance(k, CPUDispatcher)]
 kernels = [k for k in kernels if k.__module__.startswith("scara_drake")]
 print(len(kernels), sum(len(k.signatures) for k in kernels))
