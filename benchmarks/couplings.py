@@ -3,7 +3,7 @@
 What is run, and what each figure means, is told by
 `scara_drake.experiments.teleoperation.couplings`. It takes some minutes::
 
-    python benchmarks/couplings.py --jobs 2 --output benchmarks/results
+    python benchmarks/couplings.py --output benchmarks/results
 """
 
 from __future__ import annotations
@@ -188,12 +188,12 @@ def write(folder: Path, grids: Sequence[Grid], claims: Sequence[Claim], command:
 def main(arguments: list[str] | None = None) -> None:
     """Run, print, and write where asked to."""
     parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--jobs", type=int, help="runs side by side (default all cores)")
     parser.add_argument("--couplings", nargs="+", choices=COUPLINGS, default=list(COUPLINGS))
     parser.add_argument("--presets", nargs="+", choices=LINKS, default=list(LINKS))
     parser.add_argument("--output", type=Path, metavar="FOLDER", help="write couplings.md")
     options = parser.parse_args(arguments)
-    if options.jobs < 1:
+    if options.jobs is not None and options.jobs < 1:
         parser.error(f"--jobs {options.jobs}: allowed 1 or more")
     begin = time.perf_counter()
     experiment = run(

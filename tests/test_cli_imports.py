@@ -54,6 +54,7 @@ def test_every_command_has_a_module():
         "diagrams",
         "ik --position 1 2 3",
         "tune x",
+        "sweep x",
         "replay x.nc",
         "recover x.journal",
         "compare x.nc y.nc",

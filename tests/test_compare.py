@@ -20,7 +20,7 @@ from scara_drake.joints import JOINT_NAMES
 
 def run(name: str, duration: float = 0.3, **fields: object) -> xr.Dataset:
     settings = {key.replace("__", "."): value for key, value in fields.items()}
-    return sd.simulate(sd.load_scenario(name, settings), duration=duration)
+    return sd.simulate(sd.load_scenario(name, settings), duration=duration, engine="drake")
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,22 @@ def test_a_run_again_is_equal_to_the_bit(one: xr.Dataset) -> None:
     error = 1e3 * float(metrics.rmse(metrics.tool_error(one)))
     assert figures.loc["tool from its reference, RMS", "A"] == pytest.approx(error, rel=1e-12)
     assert figures.loc["tool from its reference, RMS", "unit"] == "mm"
+
+
+def test_the_figures_are_those_of_the_samples(one: xr.Dataset) -> None:
+    figures = sd.compare(one, one).figures["A"]
+    for index, joint in enumerate(JOINT_NAMES):
+        error = 1e3 * (one.q_desired.values - one.q_measured.values)[:, index]
+        assert figures[f"{joint} error, RMS"] == pytest.approx(np.sqrt(np.mean(error**2)))
+        assert figures[f"{joint} error, largest"] == np.abs(error).max()
+        effort = one.tau_applied.values[:, index]
+        assert figures[f"{joint} effort, RMS"] == pytest.approx(np.sqrt(np.mean(effort**2)))
+        steps = np.abs(np.diff(effort)).sum() / 0.3
+        assert figures[f"{joint} effort, variation"] == pytest.approx(steps)
+    sent = 1e3 * np.linalg.norm(one.p_WE_commanded.values - one.p_WE_measured.values, axis=1)
+    assert figures["tool from the command as sent, largest"] == pytest.approx(sent.max())
+    assert figures["age of what came down, mean"] == pytest.approx(50.0)
+    assert figures["received command followed"] == 100.0
 
 
 @examples(50)
@@ -168,7 +184,7 @@ def test_a_recording_of_little_is_compared_and_not_judged(one: xr.Dataset, tmp_p
 def test_the_command_prints_and_writes_a_page(
     one: xr.Dataset, sine: xr.Dataset, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
-    for name, recording in (("<one>", one), ("sine", sine)):
+    for name, recording in (("<one>", one), ("sine", sine.assign_attrs(device="<b>pad</b>"))):
         sd.save_recording(recording, tmp_path / f"{name}.nc")
     files = [str(tmp_path / "<one>.nc"), str(tmp_path / "sine.nc")]
     page = tmp_path / "new" / "page.html"
@@ -179,6 +195,8 @@ def test_the_command_prints_and_writes_a_page(
     text = page.read_text()
     assert "<one>" not in text
     assert "&lt;one&gt;" in text
+    assert "<b>pad" not in text
+    assert "&lt;b&gt;pad" in text
     assert text.count("data:image/png;base64,") == 9
     assert "http" not in text.replace("https://www.w3.org", "")  # nothing from the network
     assert [each.name for each in page.parent.iterdir()] == ["page.html"]

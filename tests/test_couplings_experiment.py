@@ -105,9 +105,9 @@ def test_the_force_at_the_tool_is_compared_where_the_hold_is_long_enough() -> No
     assert met(data) == [True]
 
 
-def test_two_processes_give_the_same_bits() -> None:
+def test_two_threads_give_the_same_bits() -> None:
     part = {**SMALL, "presets": ("4g",), "cases": ("loss",), **BRIEF}
-    one, two = couplings.run(**part), couplings.run(**part, jobs=2)
+    one, two = couplings.run(**part, jobs=1), couplings.run(**part, jobs=2)
     assert one.data.identical(two.data)
     other = couplings.run(**part, seed=1)
     assert not np.array_equal(other.data.age_mean, one.data.age_mean)
@@ -154,7 +154,7 @@ def test_the_impedance_of_the_wall_is_felt_through_a_model_and_hardly_through_td
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_the_whole_table() -> None:
-    data = couplings.run(jobs=2, sweep_duration=0.0).data
+    data = couplings.run(sweep_duration=0.0).data
     pressed = data.sel(case=["wall", "loss"])
     # Direct, TDPA at full scale and at a tenth, model-mediated, and what TDPA costs.
     assert met(data) == [True] * 5

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given
+from journalled import journalled
 from strategies import examples
 from strategies.files import DAMAGES, FLIPS, Cut, Flip, Splice
 
@@ -17,7 +18,6 @@ from scara_drake import load_recording, load_scenario, save_recording
 from scara_drake.recordings.files import save_journal
 from scara_drake.recordings.journal import Journal, read_journal
 from scara_drake.replay.recording import load as load_for_replay
-from scara_drake.simulation.run import run
 
 
 def journal_of(path: Path, seed: int) -> bytes:
@@ -73,7 +73,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """The journal and the recording of a run."""
     folder = tmp_path_factory.mktemp("files")
     journal, record = folder / "run.journal", folder / "run.nc"
-    run(load_scenario("teleoperation", {"duration": 0.3}), journal)
+    journalled(load_scenario("teleoperation", {"duration": 0.3}), journal)
     save_journal(journal, record)
     return journal, record
 

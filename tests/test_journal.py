@@ -42,3 +42,16 @@ def test_another_file_is_refused(tmp_path):
         read_journal(tmp_path / "x.journal")
     with pytest.raises(ValueError, match="allowed a journal written by a run"):
         read_journal(tmp_path / "none.journal")
+
+
+def test_one_that_begins_anew_has_only_what_came_after(tmp_path):
+    path = tmp_path / "a.journal"
+    with Journal(path) as journal:
+        for seed in (1, 2):
+            journal.begin({"seed": seed}, 3)
+            journal.append(np.arange(5.0), np.full((5, 3), float(seed)))
+            journal.end("error: met what only Drake computes", 4.0)
+    contents, times, values = read_journal(path)
+    assert contents.description == {"seed": 2}
+    np.testing.assert_array_equal(times, np.arange(5.0))
+    assert (values == 2.0).all()

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from journalled import journalled
 from pydrake.systems.framework import LeafSystem
 
 import scara_drake as sd
@@ -24,7 +25,6 @@ from scara_drake.display.controls import StopButton
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal, survey
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
-from scara_drake.simulation.run import run
 
 LINE = [sys.executable, "-m", "scara_drake", "run", "joint_sine", "--no-realtime", "--no-meshcat"]
 
@@ -172,7 +172,7 @@ def test_a_signal_ends_a_run_as_an_interrupt_does(tmp_path: Path, number: signal
 
 def test_a_recording_may_be_judged_before_it_is_sealed(tmp_path: Path) -> None:
     journal, record = tmp_path / "run.journal", tmp_path / "run.nc"
-    whole = run(sd.load_scenario("joint_sine", {"duration": 0.2}), journal).recording
+    whole = journalled(sd.load_scenario("joint_sine", {"duration": 0.2}), journal).recording
     save_journal(journal, record, lambda data: {"verdict": f"{data.sizes['time']} samples"})
     loaded = sd.load_recording(record)
     assert loaded.attrs["verdict"] == "201 samples"
@@ -184,7 +184,7 @@ def test_a_signal_while_it_is_saved_waits_and_a_second_one_keeps_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, first: signal.Signals
 ) -> None:
     journal, record = tmp_path / "run.journal", tmp_path / "run.nc"
-    run(sd.load_scenario("joint_sine", {"duration": 0.3}), journal)
+    journalled(sd.load_scenario("joint_sine", {"duration": 0.3}), journal)
     seal, sent = sys.modules["scara_drake.recordings.files"].seal, 1
 
     def slow_seal(path: Path) -> None:
@@ -224,7 +224,7 @@ def test_a_whole_run_says_that_it_is_one() -> None:
 
 def test_the_stop_button_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(StopButton, "pressed", lambda self: True)
-    data = sd.simulate(sd.load_scenario("joint_sine", {"duration": 3.0}))
+    data = sd.simulate(sd.load_scenario("joint_sine", {"duration": 3.0}), engine="drake")
     assert data.attrs["ended_by"] == "stop button"
     assert 0.1 <= data.attrs["ended_at"] < 0.11
 
@@ -283,7 +283,7 @@ except OSError as error:
 @pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="this system has no limit of size")
 def test_where_there_is_no_space_for_a_recording_nothing_is_left_of_it(tmp_path: Path) -> None:
     journal, record = tmp_path / "run.journal", tmp_path / "run.nc"
-    run(sd.load_scenario("joint_sine", {"duration": 1.0}), journal)
+    journalled(sd.load_scenario("joint_sine", {"duration": 1.0}), journal)
     save_journal(journal, record)
     size = record.stat().st_size
     record.unlink()
@@ -328,7 +328,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024)
 def test_a_recording_is_made_piece_by_piece(tmp_path: Path) -> None:
     """The memory that it takes does not grow with the journal."""
     short, long = tmp_path / "short.journal", tmp_path / "long.journal"
-    run(sd.load_scenario("joint_sine", {"duration": 10.0}), short)
+    journalled(sd.load_scenario("joint_sine", {"duration": 10.0}), short)
     contents = survey(short)
     with Journal(long) as journal:
         journal.begin(contents.description, contents.width)
@@ -344,3 +344,10 @@ def test_a_recording_is_made_piece_by_piece(tmp_path: Path) -> None:
         assert data.sizes["time"] == 8 * 10_001
         first, last = data.q_measured[:10_001].values, data.q_measured[-10_001:].values
         np.testing.assert_array_equal(first, last)
+
+
+def test_a_run_in_memory_is_the_one_in_a_journal(tmp_path: Path) -> None:
+    scenario = sd.load_scenario("mast_step", {"duration": 0.25})
+    for engine in ("drake", "compiled"):
+        kept = journalled(scenario, tmp_path / f"{engine}.journal", engine).recording
+        assert sd.simulate(scenario, engine=engine).identical(kept)

@@ -14,6 +14,8 @@ import yaml
 from scara_drake.cli.parser import make_parser
 from scara_drake.replay import player
 from scara_drake.scenario import load_scenario, parse_overrides
+from scara_drake.studies.runs import Runs
+from scara_drake.studies.study import load_study
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "scara_drake"
@@ -80,6 +82,8 @@ def try_scara_drake(page, arguments):
     options = make_parser().parse_args(arguments)
     if arguments[0] == "replay":
         assert player.play(options) == 2  # it is understood, but there is no such file
+    if arguments[0] == "sweep":
+        Runs(load_study(options.study)).check()
     if arguments[0] not in ("run", "tune"):
         return
     if Path(options.scenario).suffix:  # what another command of the page has written
@@ -214,6 +218,11 @@ def test_the_rooms_of_the_house_hold_what_its_table_says():
 def test_scenario_of_every_yaml_block_is_read(tmp_path):
     for page in PAGES:
         for block in code_blocks(page, "yaml"):
+            if block.startswith("scenario:"):
+                file = tmp_path / "study.yaml"
+                file.write_text(block)
+                Runs(load_study(file)).check()
+                continue
             for line in block.splitlines():  # each a choice
                 file = tmp_path / "choice.yaml"
                 file.write_text(line)

@@ -65,10 +65,10 @@ def test_every_variation_is_a_scenario():
         load_scenario("joint_sine", dict(overrides))
 
 
-def test_processes_give_the_same_bits():
+def test_threads_give_the_same_bits():
     cells = some("nominal", "encoders, noise 2 µm, µrad")
-    one = robustness_map(cells, ISMC, duration=1.2)
-    two = robustness_map(cells, ISMC, duration=1.2, max_workers=2)
+    one = robustness_map(cells, ISMC, duration=1.2, jobs=1)
+    two = robustness_map(cells, ISMC, duration=1.2, jobs=2)
     xr.testing.assert_identical(one, two)
 
 
@@ -92,7 +92,7 @@ def test_wrong_overrides_are_refused_before_anything_runs(monkeypatch):
 
 @pytest.mark.slow
 def test_the_whole_map():
-    data = robustness_map(max_workers=2)
+    data = robustness_map()
     follows = data.stable.sel(controller="ISMC")
     assert follows.drop_sel(variation="lag 10 ms").all()
     assert not follows.sel(variation="lag 10 ms")

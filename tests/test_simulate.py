@@ -11,11 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from journalled import journalled
 from pydrake.geometry import Meshcat
 
 from scara_drake import joints, load_recording, load_scenario, metrics, simulate
 from scara_drake.recordings.journal import Journal
-from scara_drake.simulation.run import run
 
 FINGERPRINT = """
 import hashlib, sys, scara_drake as sd
@@ -156,7 +156,7 @@ def test_an_interrupt_keeps_what_was_recorded(tmp_path):
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=interrupt_once_it_runs).start()
-    result = run(scenario, journal)
+    result = journalled(scenario, journal)
     assert result.interrupted
     assert 0.1 < result.simulated < 3600.0
     # Every tick up to the interrupt is there.
@@ -167,7 +167,7 @@ def test_an_interrupt_keeps_what_was_recorded(tmp_path):
 
 
 @pytest.mark.parametrize(("engine", "duration"), [("drake", 3.0), ("compiled", 30.0)])
-def test_memory_stays_flat_while_it_runs(tmp_path, monkeypatch, engine, duration):
+def test_memory_stays_flat_while_it_runs(tmp_path, engine, duration):
     """What is held between blocks does not grow with them: the samples are in the journal."""
     held = []
 
@@ -177,11 +177,10 @@ def test_memory_stays_flat_while_it_runs(tmp_path, monkeypatch, engine, duration
             gc.collect()
             held.append(tracemalloc.get_traced_memory()[0])
 
-    monkeypatch.setattr(sys.modules[run.__module__], "Journal", WatchedJournal)
     tracemalloc.start()
     try:
         scenario = load_scenario("mast_step", {"duration": duration})
-        run(scenario, tmp_path / "run.journal", engine=engine)
+        journalled(scenario, tmp_path / "run.journal", engine, WatchedJournal)
     finally:
         tracemalloc.stop()
     assert len(held) > 25

@@ -255,9 +255,9 @@ def tried(monkeypatch):
     """The controllers that are simulated, in order."""
     controllers, simulated = [], tuning.simulate_task
 
-    def simulate_task(task):
+    def simulate_task(task, *engine):
         controllers.append(task[0].controller)
-        return simulated(task)
+        return simulated(task, *engine)
 
     monkeypatch.setattr(tuning, "simulate_task", simulate_task)
     return controllers
@@ -283,11 +283,11 @@ def test_a_trial_that_was_cut_off_does_not_count(tmp_path, monkeypatch, done):
     calls = []
     simulated = tuning.simulate_task
 
-    def killed(task):
+    def killed(task, *engine):
         calls.append(task)
         if len(calls) > done:
             raise SystemExit
-        return simulated(task)
+        return simulated(task, *engine)
 
     monkeypatch.setattr(tuning, "simulate_task", killed)
     with pytest.raises(SystemExit):

@@ -26,6 +26,7 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
+from scara_drake.common.collectable import Collectable
 from scara_drake.common.finite import all_finite, check_finite
 
 Array = NDArray[np.float64]
@@ -141,18 +142,7 @@ def _first_values(initial: ArrayLike | int) -> Array:
     return np.zeros(initial) if isinstance(initial, int) else np.array(initial, dtype=np.float64)
 
 
-class _Collectable(type(LeafSystem)):  # type: ignore[misc] # has no name in pydrake
-    """Makes LeafSystems that the garbage collector can free, and with them their Diagram.
-
-    In Python 3.11 it visits the attributes of an instance twice, once for Drake's class and once
-    for the subclass, and takes them for held from outside. A subclass with slots has none.
-    """
-
-    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any]) -> _Collectable:
-        return super().__new__(cls, name, bases, {"__slots__": (), **namespace})
-
-
-class Block(LeafSystem, metaclass=_Collectable):
+class Block(LeafSystem, metaclass=Collectable):
     """A LeafSystem made of its declaration; see the subclass for its ports.
 
     Args:

@@ -72,13 +72,9 @@ def tables(comparison: Comparison) -> str:
     parts.append(f"<h2>Figures: {escape(report.figures_title(comparison))}</h2>")
     parts.append(_table(["figure", *comparison.names], rows))
     for name, variables in comparison.variables.items():
-        parts.append(
-            f"<h2>Variables of {escape(name)} against those of {escape(comparison.names[0])}, "
-            "at the times that both have</h2>"
-        )
+        parts.append(f"<h2>{escape(report.variables_title(comparison, name))}</h2>")
         rows = [[each.name, *report.variable_cells(each)] for each in variables]
-        head = ["variable", "largest, relative", "there", "first at", ""]
-        parts.append(_table(head, rows, "words"))
+        parts.append(_table([*report.VARIABLE_HEAD], rows, "words"))
     return "".join(parts)
 
 

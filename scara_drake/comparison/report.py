@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from rich.console import Console, Group, RenderableType
@@ -15,6 +15,7 @@ from scara_drake.comparison.comparison import Comparison
 from scara_drake.comparison.differences import Difference
 
 NOTHING: Final = "-"  # what a recording does not have
+VARIABLE_HEAD: Final = ("variable", "relative difference", "there", "first", "")
 WORTH_TELLING: Final = 5e-4  # of the first one's value: less is told as "~"
 
 
@@ -42,7 +43,7 @@ def _parts(comparison: Comparison) -> Iterator[RenderableType]:
         table.add_row(f"{name} [{row.unit}]".replace("[", r"\["), *figure_cells(values))
     yield table
     for name, variables in comparison.variables.items():
-        yield _variables(comparison, name, variables)
+        yield from _variables(comparison, name, variables)
     for name, sentence in comparison.verdicts.items():
         yield Text(f"Verdict on {name}: {sentence}.")
     for remark in comparison.remarks:
@@ -55,6 +56,11 @@ def figures_title(comparison: Comparison) -> str:
     """Say which time the figures are of."""
     first = comparison.names[0]
     return f"{comparison.start:.6g} s to {comparison.end:.6g} s, in brackets against {first}"
+
+
+def variables_title(comparison: Comparison, name: str) -> str:
+    """Say which recordings' variables are compared."""
+    return f"Variables of {name} against {comparison.names[0]}, at the times that both have"
 
 
 def figure_cells(values: list[float]) -> list[str]:
@@ -88,7 +94,7 @@ def number(value: float) -> str:
 
 
 def variable_cells(difference: Difference) -> list[str]:
-    """Write how a variable differs: largest relative difference, where, and the first one."""
+    """Write the largest relative difference of a variable, where it is, and when the first is."""
     if not np.isfinite(difference.relative) and not difference.where:
         return [NOTHING, "", "", difference.remark]
     if not difference.where:
@@ -115,19 +121,20 @@ def _agreement(variables: list[Difference]) -> str:
     return f"{which} {len(variables)} variables equal to the bit at the times that both have{told}"
 
 
-def _variables(comparison: Comparison, name: str, variables: list[Difference]) -> Table:
-    first = comparison.names[0]
-    title = f"Variables of {name} against those of {first}, at the times that both have"
-    table = Table(title=title, title_justify="left")
-    for column in ("variable", "largest, relative", "there", "first at", ""):
-        table.add_column(column)
+def _variables(comparison: Comparison, name: str, variables: list[Difference]) -> Iterator[Any]:
+    title = variables_title(comparison, name)
+    different = [difference for difference in variables if not difference.equal]
+    if different:
+        table = Table(title=title, title_justify="left")
+        remarked = any(difference.remark for difference in different)
+        for column in VARIABLE_HEAD[: None if remarked else -1]:
+            table.add_column(column)
+        for difference in different:
+            cells = [difference.name, *variable_cells(difference)]
+            table.add_row(*map(Text, cells[: len(table.columns)]))
+        yield table
     equal = [difference.name for difference in variables if difference.equal]
-    for difference in variables:
-        if not difference.equal:
-            table.add_row(difference.name, *map(Text, variable_cells(difference)))
-    if equal:
-        table.add_row(f"{len(equal)} more", "equal", "", "", Text(", ".join(equal)))
-    return table
+    yield Text(f"Equal in {name} and {comparison.names[0]}: {', '.join(equal) or 'nothing'}.")
 
 
 def _table(title: str, what: str, names: tuple[str, ...]) -> Table:

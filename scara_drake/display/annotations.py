@@ -46,7 +46,7 @@ class SceneAnnotations(LeafSystem):
     Publish (every PERIOD): the pictures, at the time of the context in a recording.
     """
 
-    __slots__ = ()  # so that it can be freed, see `Block`
+    __slots__ = ()  # so that it can be freed, see `Collectable`
 
     def __init__(self, meshcat: Meshcat, points: int = 64, surfaces: Sequence[Surface] = ()):
         super().__init__()

@@ -243,7 +243,10 @@ def first_joint_at_limit(q: Array, v: Array, v_next: Array, a: Arm) -> int:
     velocity that it has and that which it would get without the force.
     """
     for i in range(JOINTS):
-        ahead = LIMIT_WINDOW * a.period * max(abs(v[i]), abs(v_next[i]))
+        speed = abs(v_next[i])  # NaN stays, and is at no place within the limits
+        if abs(v[i]) > speed:
+            speed = abs(v[i])
+        ahead = LIMIT_WINDOW * a.period * speed
         if not (a.lower[i] < q[i] - ahead and q[i] + ahead < a.upper[i]):
             return i + 1
     return 0

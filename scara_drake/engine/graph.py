@@ -7,25 +7,21 @@ the plant, or a constant. What the Diagram connects is read from the Diagram its
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, InputPort, OutputPort, System
-from pydrake.systems.primitives import Adder, ConstantVectorSource, Multiplexer, VectorLogSink
+from pydrake.systems.primitives import ConstantVectorSource, Multiplexer, VectorLogSink
 
 from scara_drake.common.block import (
     Block,
     Declaration,
-    Input,
-    Kernel,
     Memory,
-    Output,
     arguments_of,
 )
 from scara_drake.engine.errors import NotCompilableError
@@ -33,6 +29,15 @@ from scara_drake.engine.errors import NotCompilableError
 Array = NDArray[np.float64]
 
 PLANT = "plant"
+# What the engine does of a declaration.
+HANDLED = frozenset(
+    {
+        *("inputs", "memory", "outputs", "parameters", "enable"),
+        *("period", "offset", "with_plant", "store_ticks"),
+        *("update", "rest", "initialize", "rest_initialize", "sample"),
+        *("archive", "store"),
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -87,23 +92,6 @@ class Graph:
     recorded: list[Buffer] = field(default_factory=list)
 
 
-@njit(cache=True)
-def add_two(u0: Array, u1: Array, total: Array) -> None:
-    """Write the sum of two vectors."""
-    for i in range(total.size):
-        total[i] = u0[i] + u1[i]
-
-
-@njit(cache=True)
-def add_three(u0: Array, u1: Array, u2: Array, total: Array) -> None:
-    """Write the sum of three vectors."""
-    for i in range(total.size):
-        total[i] = u0[i] + u1[i] + u2[i]
-
-
-ADDERS: dict[int, Kernel] = {2: add_two, 3: add_three}
-
-
 def graph_of(diagram: Diagram) -> Graph:
     """Return a Diagram of `make_diagram` as the engine reads it.
 
@@ -115,7 +103,7 @@ def graph_of(diagram: Diagram) -> Graph:
     nodes = {
         name: Node(name, declaration, _reads(system, wires))
         for name, system in systems.items()
-        if (declaration := _declaration(system)) is not None
+        if (declaration := declaration_of(system)) is not None
     }
     for node in nodes.values():
         _check_kernels(node)
@@ -159,25 +147,39 @@ def _check_kernels(node: Node) -> None:
             raise NotCompilableError(f"{node.name}: its input '{name}' is no vector")
 
 
-def _declaration(system: System) -> Declaration | None:
+def declaration_of(system: System) -> Declaration | None:
     """Return what a system is as a block; None for what the engine does in its own way.
 
     Raises:
         NotCompilableError: it is of a kind that only Drake can run.
     """
     if isinstance(system, Block):
+        _check_declared(system)
         return system.declaration
     if isinstance(system, ConstantVectorSource):
         value = system.get_source_value(system.CreateDefaultContext()).value()
         return Declaration(memory={"value": Memory(value, port=True)})
-    if isinstance(system, Adder):
-        count, size = system.num_input_ports(), system.get_output_port().size()
-        if count in ADDERS:
-            inputs = {f"u{index}": Input(size) for index in range(count)}
-            return Declaration(inputs=inputs, outputs={"total": Output(size, ADDERS[count])})
     if isinstance(system, MultibodyPlant | SceneGraph | Multiplexer | VectorLogSink):
         return None
     raise NotCompilableError(f"{system.get_name()}: {type(system).__name__} runs in Drake only")
+
+
+def _check_declared(block: Block) -> None:
+    """Check that a block has nothing beside its declaration, and that all of that is known here.
+
+    Raises:
+        NotCompilableError: it has.
+    """
+    is_, name = block.declaration, block.get_name()
+    state = (block.num_discrete_state_groups(), block.num_abstract_states())
+    ports = (block.num_input_ports(), block.num_output_ports())
+    shown = sum(memory.port for memory in is_.memory.values()) + len(is_.outputs)
+    declared = ((len(is_.memory), len(is_.archive)), (len(is_.inputs), shown))
+    if (state, ports) != declared or block.num_continuous_states():
+        raise NotCompilableError(f"{name}: it has ports or state beside its declaration")
+    for known in fields(is_):
+        if known.name not in HANDLED:
+            raise NotCompilableError(f"{name}: its '{known.name}' runs in Drake only")
 
 
 def _wires(diagram: Diagram) -> dict[tuple[str, str], Buffer]:
@@ -199,8 +201,6 @@ def _buffer_name(system: System, port: OutputPort) -> str | None:
         return port.get_name()
     if isinstance(system, ConstantVectorSource):
         return "value"
-    if isinstance(system, Adder):
-        return "total"
     if isinstance(system, MultibodyPlant):
         return "state" if port.get_index() == system.get_state_output_port().get_index() else None
     return None

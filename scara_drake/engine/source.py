@@ -115,7 +115,7 @@ def _plant(w: Writer) -> None:
             w.update(node, copies)
     with w.block(f"if not {w.run('plant_step', plant_step, ['arm', 'work', 'state'])}:"):
         w.line(f"stop[0] = {AT_LIMIT}")
-        w.line("return k")
+        w.leave()
     w.changed(STATE.node, *order)
 
 

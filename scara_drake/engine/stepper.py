@@ -15,6 +15,7 @@ from scara_drake.engine.arm import arm_parameters
 from scara_drake.engine.build import program_of
 from scara_drake.engine.dynamics import JOINTS, WORK
 from scara_drake.engine.errors import LeftTheModelError
+from scara_drake.engine.faults import first_not_finite, input_not_finite
 from scara_drake.engine.graph import graph_of
 from scara_drake.engine.source import buffer_size
 from scara_drake.engine.start import Start
@@ -127,27 +128,22 @@ class CompiledStepper:
 
         Raises:
             LeftTheModelError: a joint is at its limit, or a link touches a surface.
-            RuntimeError: NaN or infinity arrives on a port.
+            RuntimeError: NaN or infinity arrives on a port, or at the plant.
         """
         reason, index = self._stop
         self._stop[:] = 0
+        graph, buffers, time = self._program.graph, self._buffers, self._tick * self._period
         if reason == NOT_FINITE:
-            self._refuse_not_finite(*self._program.source.guards[index])
+            name, inputs = self._program.source.guards[index]
+            raise RuntimeError(input_not_finite(graph.nodes[name], inputs, buffers, time))
         if reason == AT_LIMIT:
-            joint = int(WORK.unpack(self._buffers["work"]).beyond[()])
-            raise LeftTheModelError(self.time, f"{JOINT_NAMES[joint - 1]} is at its limit")
+            work = WORK.unpack(buffers["work"])
+            if not np.isfinite(work.effort).all():
+                raise RuntimeError(first_not_finite(graph, buffers, time))
+            joint = JOINT_NAMES[int(work.beyond[()]) - 1]
+            raise LeftTheModelError(self.time, f"{joint} is at its limit")
         if reason == NEAR:
             self._look_for_contact()
-
-    def _refuse_not_finite(self, name: str, inputs: list[str]) -> None:
-        time = self._tick * self._period
-        for port in inputs:
-            buffer = self._program.graph.nodes[name].reads[port]
-            values = self._buffers[str(buffer)]
-            for index in np.flatnonzero(~np.isfinite(values)):
-                raise RuntimeError(
-                    f"{name}: port '{port}' at t = {time:.6g} s: {port}[{index}] is {values[index]}"
-                )
 
     def _look_for_contact(self) -> None:
         """Ask Drake whether a link touches a surface.

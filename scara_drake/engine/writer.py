@@ -90,6 +90,11 @@ class Writer:
         """Write a line."""
         self.made.lines.append("    " * self._depth + text)
 
+    def leave(self) -> None:
+        """Write how the function comes back before its time, with the samples that it has."""
+        self.line("cursor[0], cursor[1] = row, logged")
+        self.line("return k")
+
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
         """Write the lines within, if there are any, under a head such as ``if ...:``."""
@@ -178,7 +183,7 @@ class Writer:
                 passed.append(self._time)
             elif name in is_.inputs:
                 passed.append(self._input(node, name))
-            elif name in is_.memory:
+            elif name in is_.memory or name in is_.archive:
                 passed.append(self.buffer(node.memory(name)))
             else:
                 passed.append(self.argument(f"{node.name}__{name}", node.name, name))
@@ -202,7 +207,7 @@ class Writer:
         tests = " and ".join(f"all_finite({a}, {b})" for a, b in pairs)
         with self.block(f"if not ({tests}):"):
             self.line(f"stop[0], stop[1] = {NOT_FINITE}, {len(self.made.guards)}")
-            self.line("return k")
+            self.leave()
         self.made.guards.append((node.name, [name for name, _ in watched]))
 
     def update(self, node: Node, copies: set[tuple[str, Buffer]]) -> None:

@@ -82,8 +82,10 @@ def export(recording: xr.Dataset | str | Path, path: str | Path, to: str = "") -
             f"export: {error}, allowed with the extra '{chosen.extra}' installed: "
             f"pip install 'scara-drake[{chosen.extra}]'"
         ) from None
-    given = isinstance(recording, xr.Dataset)
-    with nullcontext(recording) if given else open_recording(recording) as data:
+    opened = (
+        nullcontext(recording) if isinstance(recording, xr.Dataset) else open_recording(recording)
+    )
+    with opened as data:
         if "time" not in data.dims or "time" not in data.coords:
             raise ValueError("recording: no time, allowed NetCDF written by a run")
         Path(path).parent.mkdir(parents=True, exist_ok=True)

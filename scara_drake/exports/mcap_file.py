@@ -35,6 +35,7 @@ from scara_drake.recordings.table import Column, columns, pieces
 Array = NDArray[np.float64]
 
 NANOSECONDS: Final = 1e9
+CHUNK: Final = 1 << 20  # [B], compressed as one
 _SCENE_NEEDS: Final = ("q_measured", "q_desired", "p_WE_desired", "p_WE_measured")
 _LISTS: Final = {"box": "cubes", "cylinder": "cylinders", "sphere": "spheres"}
 _EMPTY: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
@@ -58,7 +59,7 @@ class _File:
     """An MCAP file that is being written; a topic is there once it has something to say."""
 
     def __init__(self, stream: Any, recording: xr.Dataset):
-        self._writer = Writer(stream)
+        self._writer = Writer(stream, chunk_size=CHUNK)
         self._writer.start(profile="", library="scara_drake")
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = defaultdict(int)

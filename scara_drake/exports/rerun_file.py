@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
@@ -81,9 +81,6 @@ def _write(stream: rr.RecordingStream, recording: xr.Dataset, name: str) -> None
     has_scene = all(each in recording for each in _SCENE_NEEDS)
     if has_scene:
         _add_solids(stream, recording)
-    for column in columns(recording)[1:]:
-        said = f"{column.name} [{column.unit}]"
-        stream.log(_signal(column.variable, column.entry), rr.SeriesLines(names=said), static=True)
     drawn: set[str] = set()
     picture = -1.0
     for piece in pieces(recording):
@@ -107,6 +104,8 @@ def _add_signals(stream: rr.RecordingStream, piece: xr.Dataset) -> set[str]:
         values = piece[column.variable].sel(column.entry).values
         if np.isfinite(values).any():
             where = _signal(column.variable, column.entry)
+            said = f"{column.name} [{column.unit}]"
+            stream.log(where, rr.SeriesLines(names=said), static=True)
             stream.send_columns(where, times, rr.Scalars.columns(scalars=values))
             found.add(where)
     return found
@@ -135,21 +134,23 @@ def _add_solids(stream: rr.RecordingStream, recording: xr.Dataset) -> None:
     for solid in scene.solids(recording):
         groups[solid.frame, solid.shape].append(solid)
     for (frame, shape), group in groups.items():
-        X = np.array([solid.X for solid in group])
-        placed = {
-            "centers": X[:, :3, 3],
-            "quaternions": scene.quaternions(X[:, :3, :3]),
-            "colors": np.array([solid.color for solid in group]),
-            "fill_mode": rr.components.FillMode.Solid,
-        }
-        sizes = np.array([solid.size for solid in group])
-        if shape == "box":
-            drawn = rr.Boxes3D(half_sizes=sizes / 2, **placed)
-        elif shape == "cylinder":
-            drawn = rr.Cylinders3D(radii=sizes[:, 0], lengths=sizes[:, 1], **placed)
-        else:
-            drawn = rr.Ellipsoids3D(radii=sizes[:, 0], **placed)
-        stream.log(f"{_frame(frame)}/{shape}", drawn, static=True)
+        stream.log(f"{_frame(frame)}/{shape}", _drawn(shape, group), static=True)
+
+
+def _drawn(shape: str, group: list[scene.Solid]) -> Any:
+    """Solids of one shape as what rerun draws."""
+    X, sizes = np.array([solid.X for solid in group]), np.array([solid.size for solid in group])
+    placed: dict[str, Any] = {
+        "centers": X[:, :3, 3],
+        "quaternions": scene.quaternions(X[:, :3, :3]),
+        "colors": np.array([solid.color for solid in group]),
+        "fill_mode": rr.components.FillMode.Solid,
+    }
+    if shape == "box":
+        return rr.Boxes3D(half_sizes=sizes / 2, **placed)
+    if shape == "cylinder":
+        return rr.Cylinders3D(radii=sizes[:, 0], lengths=sizes[:, 1], **placed)
+    return rr.Ellipsoids3D(radii=sizes[:, 0], **placed)
 
 
 def _frame(frame: str) -> str:

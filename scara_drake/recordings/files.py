@@ -25,6 +25,7 @@ from scara_drake.recordings.journal import (
 from scara_drake.recordings.seal import is_broken, seal
 
 ENGINE: Final = "netcdf4"
+CHUNK_CACHE: Final = 1 << 19  # [B] of a variable: two chunks of six columns
 # What xarray and the libraries below it raise for a file that is damaged or no recording.
 UNREADABLE: Final = (
     OSError, ValueError, LookupError, RuntimeError, TypeError, AttributeError, MemoryError,
@@ -112,13 +113,23 @@ def open_recording(path: str | Path) -> Iterator[xr.Dataset]:
     if is_broken(source):
         raise ValueError(f"recording: '{source}' is damaged, allowed one with its own checksum")
     try:
-        dataset = xr.open_dataset(source, engine=ENGINE)
+        dataset = _opened(source)
         if isinstance(seed := dataset.attrs.get("seed"), (str, np.integer)):
             dataset.attrs["seed"] = int(seed)
     except UNREADABLE:
         raise _refusal(source) from None
     with dataset:
         yield dataset
+
+
+def _opened(source: Path) -> xr.Dataset:
+    """Open a file whose variables keep two chunks each in memory, not the library's 64 MB."""
+    before = netCDF4.get_chunk_cache()
+    netCDF4.set_chunk_cache(CHUNK_CACHE, *before[1:])
+    try:
+        return xr.open_dataset(source, engine=ENGINE)
+    finally:
+        netCDF4.set_chunk_cache(*before)
 
 
 def loss(contents: Contents) -> str:

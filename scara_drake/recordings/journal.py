@@ -3,7 +3,10 @@
 NetCDF (HDF5) files that are cut at any byte are lost; a run therefore writes this journal while it
 goes, and the NetCDF file is made from it at the end.
 
-The file is a line that names the format, and blocks with checksums, see `common.blocks`.
+The file is a line that names the format, and blocks. A block is its kind (4 bytes), the length of
+its content (8 bytes), a CRC-32 (4 bytes), all little-endian, and the content. The checksum covers
+kind, length, content and the checksum before it: so no byte can change and no block can go, come or
+move without being noticed.
 
 | kind | content |
 |---|---|
@@ -67,7 +70,8 @@ class Journal:
         """
         self._file.seek(0)
         self._file.truncate()
-        self._checksum, self._width, self.has_samples = 0, width, False
+        self._blocks = BlockWriter(self._file)
+        self._width, self.has_samples = width, False
         head = {"width": width, "description": description}
         self._blocks.write(HEAD, json.dumps(head).encode(), MAGIC)
 

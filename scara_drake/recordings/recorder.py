@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from dataclasses import asdict, dataclass, field
+from functools import cache
 from importlib.metadata import version
 from itertools import pairwise
 from typing import Any, cast
@@ -51,7 +52,7 @@ class SignalBundle(Multiplexer):
     Output port: all of them, stacked.
     """
 
-    __slots__ = ()  # so that it can be freed, see `Block`
+    __slots__ = ()  # so that it can be freed, see `Collectable`
 
     def __init__(self, sizes: list[int], metadata: dict[str, Any]):
         super().__init__(sizes)
@@ -96,7 +97,13 @@ def add_recorder(
 def versions() -> dict[str, str]:
     """Return the versions of what a result depends on."""
     packages = ("scara-drake", "drake", "numpy", "numba")
-    return {"python": platform.python_version(), **{name: version(name) for name in packages}}
+    return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
+
+
+@cache
+def _version(package: str) -> str:
+    """Return a version, which is searched for on the disk once."""
+    return version(package)
 
 
 def drain(diagram: Diagram, context: Context) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.recordings.dataset import BY_DURATION
-from scara_drake.recordings.journal import Journal
+from scara_drake.recordings.samples import Keeper
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.progress import ProgressLine
@@ -68,23 +68,23 @@ class Watch:
 
 
 def advance(
-    journal: Journal, stepper: Stepper, scenario: Scenario, watch: Watch, realtime_rate: float = 0.0
+    keeper: Keeper, stepper: Stepper, scenario: Scenario, watch: Watch, realtime_rate: float = 0.0
 ) -> Ended:
-    """Advance a run to its end, its samples into a journal that has begun.
+    """Advance a run to its end, its samples into a keeper that has begun.
 
-    If it fails the error has a note that says where what was recorded is kept.
+    If it fails the error has a note that names the file where what was recorded is kept.
 
     Raises:
-        OSError: the journal cannot be written.
+        OSError: the file cannot be written.
     """
-    with _failures_in(journal, stepper):
+    with _failures_in(keeper, stepper):
         watch.interrupt.raise_if_pressed()
         stepper.begin()
         start = paced = now = time.perf_counter()
         ended_by, late = BY_DURATION, 0
         for edge in _edges(scenario, stepper.block):
             stepper.advance_to(edge)
-            journal.append(*stepper.drain())
+            keeper.append(*stepper.drain())
             now = time.perf_counter()
             if realtime_rate > 0.0 and (now - paced) - edge / realtime_rate > MAX_LAG:
                 stepper.pace()
@@ -95,23 +95,23 @@ def advance(
             if edge < scenario.duration and (why := watch.why_end()):
                 ended_by = why
                 break
-    journal.end(ended_by, stepper.time)
+    keeper.end(ended_by, stepper.time)
     return Ended(stepper.time, now - start, late, ended_by)
 
 
 @contextmanager
-def _failures_in(journal: Journal, stepper: Stepper) -> Iterator[None]:
-    """Write into a journal what made a run fail, and tell the error where the journal is."""
+def _failures_in(keeper: Keeper, stepper: Stepper) -> Iterator[None]:
+    """Keep what made a run fail, and tell the error in which file it is."""
     try:
         yield
     except BaseException as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         with suppress(OSError):  # the disk may be full: then the journal just ends
-            journal.append(*stepper.drain())
-            if journal.has_samples:
-                journal.end(f"error: {reason[:200]}", stepper.time)
-        if journal.has_samples:
-            error.add_note(f"what was recorded is in {journal.path}")
+            keeper.append(*stepper.drain())
+            if keeper.has_samples:
+                keeper.end(f"error: {reason[:200]}", stepper.time)
+        if keeper.has_samples and keeper.path is not None:
+            error.add_note(f"what was recorded is in {keeper.path}")
         raise
 
 

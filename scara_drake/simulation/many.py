@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -11,7 +10,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import islice
-from pathlib import Path
 from typing import Final, Generic, TypeVar
 
 import xarray as xr
@@ -19,7 +17,7 @@ import xarray as xr
 from scara_drake.common import checks
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.scenario import Scenario, check_scenario, dump_scenario
-from scara_drake.simulation.processes import renewed_processes
+from scara_drake.simulation.processes import processes
 from scara_drake.simulation.progress import CountLine
 from scara_drake.simulation.run import run
 from scara_drake.simulation.steppers import AUTO, COMPILED, DRAKE, ENGINES
@@ -29,9 +27,6 @@ Result = TypeVar("Result")
 # has to be one that can be pickled.
 Figure = Callable[[Scenario, xr.Dataset], Result]
 
-# A Diagram is never freed, see `simulate`: so many runs leave some 1 GB in this process, and those
-# that follow have processes that are renewed.
-RUNS_HERE: Final = 400
 MOST_JOBS: Final = 1024
 FAILED: Final = "error: "  # begins the `ended_by` of a run that failed
 
@@ -107,9 +102,8 @@ def each_run(
 ) -> Iterator[tuple[int, Result | Failed]]:
     """Simulate scenarios side by side; yield each one's number and its figure as it ends.
 
-    What the engine compiles runs in threads, what needs Drake in processes, and so does everything
-    after the first `RUNS_HERE` runs. No more than `jobs` of the scenarios are taken ahead, so they
-    may be made as they are needed.
+    What the engine compiles runs in threads, what needs Drake in processes. No more than `jobs` of
+    the scenarios are taken ahead, so they may be made as they are needed.
 
     Args:
         scenarios: any number of them, each with a number of its own.
@@ -126,8 +120,9 @@ def each_run(
     checks.choice("engine", engine, ENGINES)
     todo = iter(scenarios)
     if count == 1:
-        for number, scenario in islice(todo, RUNS_HERE):
+        for number, scenario in todo:
             yield number, try_run(scenario, figure, engine)
+        return
     with _Pools(count) as pools:
         waiting: _Waiting[Result] = {}
         while True:
@@ -192,8 +187,7 @@ def recorded(scenario: Scenario, engine: str = AUTO) -> xr.Dataset:
         KeyboardInterrupt: the run was interrupted.
         ValueError, RuntimeError: the run failed.
     """
-    with tempfile.TemporaryDirectory(prefix="scara_drake_") as folder:
-        result = run(scenario, Path(folder) / "run.journal", engine=engine)
+    result = run(scenario, engine)
     if result.interrupted:
         raise KeyboardInterrupt
     return result.recording
@@ -217,17 +211,16 @@ class _Pools:
     """The threads and the processes of many runs; both begin when they are needed."""
 
     def __init__(self, jobs: int) -> None:
-        self._jobs, self._here = jobs, 0
+        self._jobs = jobs
         self._threads = ThreadPoolExecutor(jobs, "scara_drake_run")
         self._stack = ExitStack()
-        self._processes = self._stack.enter_context(renewed_processes(jobs))
+        self._processes = self._stack.enter_context(processes(jobs))
 
     def start(self, run: _Try[Result], waiting: _Waiting[Result]) -> None:
         """Let a run begin, to be waited for: in a thread if the engine may do it."""
-        if run.engine == DRAKE or self._here >= RUNS_HERE or self._jobs == 1:
+        if run.engine == DRAKE:
             self.start_in_process(run, waiting)
         else:
-            self._here += 1
             waiting[self._threads.submit(try_compiled, run.scenario, run.figure)] = run
 
     def start_in_process(self, run: _Try[Result], waiting: _Waiting[Result]) -> None:
@@ -238,7 +231,7 @@ class _Pools:
     def renew(self, waiting: _Waiting[Result]) -> list[_Try[Result]]:
         """Make new processes, as one has ended; return the runs that wait, which begin anew."""
         self._stack.close()
-        self._processes = self._stack.enter_context(renewed_processes(self._jobs))
+        self._processes = self._stack.enter_context(processes(self._jobs))
         runs = list(waiting.values())
         waiting.clear()
         return runs

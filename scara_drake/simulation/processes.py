@@ -1,4 +1,4 @@
-"""Processes that simulate, and are renewed: a Diagram is never freed, see `simulate`."""
+"""Processes that simulate side by side what needs Drake, which one process does one by one."""
 
 from __future__ import annotations
 
@@ -7,23 +7,13 @@ import signal
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from typing import Final
-
-# Each run leaves 2 MB in its process.
-RUNS_PER_PROCESS: Final = 100
 
 
 @contextmanager
-def renewed_processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield processes, each of which is replaced after `RUNS_PER_PROCESS` runs.
-
-    No more than `jobs` calls may wait at a time: a process whose runs are used up is replaced when
-    the next call comes.
-    """
-    processes = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        jobs, processes, _leave_interrupts, max_tasks_per_child=RUNS_PER_PROCESS
-    ) as pool:
+def processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield up to `jobs` processes, which begin when they are needed, afresh."""
+    spawned = multiprocessing.get_context("spawn")  # a fork of a process with threads may hang
+    with ProcessPoolExecutor(jobs, spawned, _leave_interrupts) as pool:
         try:
             yield pool
         finally:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import copy
-import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -22,9 +21,8 @@ from scara_drake.diagram import make_diagram
 from scara_drake.display.camera import show_whole
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
-from scara_drake.recordings.files import load_recording
-from scara_drake.recordings.journal import Journal
 from scara_drake.recordings.recorder import metadata
+from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
@@ -90,39 +88,32 @@ def simulate(
         scenario.duration = duration
     if q0 is not None:
         scenario.q0 = [float(q) for q in q0]
-    folder = Path(tempfile.mkdtemp(prefix="scara_drake_"))
-    journal = folder / "run.journal"
+    samples = Samples()
     try:
-        recording = run(scenario, journal, realtime_rate, meshcat, progress, engine).recording
-    except BaseException:
-        if not journal.exists():  # nothing was recorded
-            shutil.rmtree(folder)
+        run_into(samples, scenario, realtime_rate, meshcat, progress, engine=engine)
+    except BaseException as error:
+        with suppress(OSError):  # the disk may be full: then nothing is kept
+            if samples.has_samples:
+                journal = Path(tempfile.mkdtemp(prefix="scara_drake_")) / "run.journal"
+                samples.write(journal)
+                error.add_note(f"what was recorded is in {journal}")
         raise
-    shutil.rmtree(folder)
-    return recording
+    return samples.recording()
 
 
-def run(
-    scenario: Scenario,
-    journal: Path,
-    realtime_rate: float = 0.0,
-    meshcat: Meshcat | None = None,
-    progress: bool = False,
-    engine: str = AUTO,
-) -> Run:
-    """Simulate a scenario, keeping its samples in a journal, and read that; see `simulate`.
+def run(scenario: Scenario, engine: str = AUTO) -> Run:
+    """Simulate a scenario, and say what the run was; of one that fails nothing is kept.
 
     Raises:
-        ValueError: a value is out of its bounds; nothing has been written then.
-        OSError: the journal cannot be written.
+        ValueError, RuntimeError: as `simulate`.
     """
-    with Journal(journal) as writer:
-        ended = run_into(writer, scenario, realtime_rate, meshcat, progress, engine=engine)
-        return Run(**asdict(ended), recording=load_recording(journal))
+    samples = Samples()
+    ended = run_into(samples, scenario, engine=engine)
+    return Run(**asdict(ended), recording=samples.recording())
 
 
 def run_into(
-    journal: Journal,
+    keeper: Keeper,
     scenario: Scenario,
     realtime_rate: float = 0.0,
     meshcat: Meshcat | None = None,
@@ -130,14 +121,15 @@ def run_into(
     signals: DeferredInterrupt | None = None,
     engine: str = AUTO,
 ) -> Ended:
-    """Simulate a scenario into a journal; see `simulate`.
+    """Simulate a scenario into what keeps its samples; see `simulate`.
 
-    Memory stays flat: the samples are moved to the journal after every block. An interrupt
+    With a journal memory stays flat: the samples are moved there after every block. An interrupt
     (Ctrl-C), or what else `signals` listens to, and the Stop button of the meshcat end the run
-    early, cleanly. If it fails the error has a note that says where what was recorded is kept.
+    early, cleanly. If it fails the error has a note that names the file where what was recorded is
+    kept.
 
     Raises:
-        ValueError: a value is out of its bounds; nothing has been written then.
+        ValueError: a value is out of its bounds; nothing has been kept then.
         OSError: the journal cannot be written.
     """
     checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
@@ -157,15 +149,15 @@ def run_into(
         if engine != DRAKE and not seen:
             try:
                 compiled = compiled_stepper(diagram, scenario)
-                begin(journal, diagram, COMPILED)
-                return replace(advance(journal, compiled, scenario, watch), engine=COMPILED)
+                begin(keeper, diagram, COMPILED)
+                return replace(advance(keeper, compiled, scenario, watch), engine=COMPILED)
             except (NotCompilableError, LeftTheModelError) as error:
                 if engine == COMPILED:
                     raise
                 reason = str(error)
-        begin(journal, diagram, DRAKE, reason)
+        begin(keeper, diagram, DRAKE, reason)
         drake = DrakeStepper(diagram, realtime_rate)
-        ended = advance(journal, drake, scenario, watch, realtime_rate)
+        ended = advance(keeper, drake, scenario, watch, realtime_rate)
         return replace(ended, engine=DRAKE, engine_reason=reason)
 
 
@@ -180,12 +172,12 @@ def check_engine(engine: str, seen: bool) -> None:
         raise ValueError("engine: 'compiled', allowed auto, drake where a run is drawn or paced")
 
 
-def begin(journal: Journal, diagram: Diagram, engine: str, reason: str = "") -> None:
-    """Begin a journal, anew if it has begun: what it says of the run, and what runs it."""
+def begin(keeper: Keeper, diagram: Diagram, engine: str, reason: str = "") -> None:
+    """Begin to keep samples, anew if that has begun: what is said of the run, and what runs it."""
     description = metadata(diagram)
     notes = {"engine": engine, "engine_reason": reason}
     description["notes"] |= {name: value for name, value in notes.items() if value}
-    journal.begin(description, max(stop for _, stop in description["columns"].values()))
+    keeper.begin(description, max(stop for _, stop in description["columns"].values()))
 
 
 @contextmanager

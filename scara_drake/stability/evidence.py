@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Final
 
 import numpy as np
 import xarray as xr
 
 from scara_drake import joints, metrics, robot
+from scara_drake.common.parallel import side_by_side
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.ismc_law import GAINS
 from scara_drake.recordings.labels import labelled
@@ -120,12 +122,12 @@ def pushed_scenario() -> Scenario:
     )
 
 
-def followed(duration: float) -> xr.Dataset:
+def followed(duration: float, jobs: int | None = None) -> xr.Dataset:
     """Follow Lyapunov's function, and the share of rho that the perturbation takes."""
     scenarios = {**_table_scenarios(), PUSHED: pushed_scenario()}
+    recordings = side_by_side(partial(simulate, duration=duration), scenarios.values(), jobs)
     results = []
-    for scenario in scenarios.values():
-        recording = simulate(scenario, duration=duration)
+    for scenario, recording in zip(scenarios.values(), recordings, strict=True):
         found = lyapunov(recording, scenario)
         g = GAINS.unpack(sliding_mode(scenario).array())
         share = abs(found.perturbation) / xr.DataArray(g.rho, dims="joint")

@@ -1,15 +1,13 @@
 """A robustness map: tracking while the robot, the drives and the sensors are not ideal.
 
 Each cell is a short run of a scenario with one variation and one controller, which knows nothing of
-the variation. The runs are independent, so they may be spread over processes.
+the variation. The runs are independent, so they go side by side.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
 from itertools import product
-from multiprocessing import get_context
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +16,7 @@ from numpy.typing import NDArray
 
 from scara_drake import joints, metrics
 from scara_drake.common import checks
+from scara_drake.common.parallel import side_by_side
 from scara_drake.control.controller import EFFORT_LIMIT
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
@@ -76,7 +75,7 @@ def robustness_map(
     controllers: Mapping[str, Overrides] = CONTROLLERS,
     scenario: str = "joint_sine",
     duration: float = 3.0,
-    max_workers: int = 1,
+    jobs: int | None = None,
 ) -> xr.Dataset:
     """Run every variation with every controller.
 
@@ -89,7 +88,7 @@ def robustness_map(
         controllers: overrides that choose a controller, by its name.
         scenario: name or path.
         duration: of each run [s].
-        max_workers: processes; more than one need the ``if __name__ == "__main__"`` of a script.
+        jobs: how many runs side by side; all cores if None.
 
     Returns:
         rmse, peak, chatter and limited (variation, controller, joint), stable (variation,
@@ -100,18 +99,13 @@ def robustness_map(
         ValueError: a wrong override, or a duration of a second or less.
     """
     checks.number("duration", duration, SETTLE + 0.1)
-    checks.number("max_workers", max_workers, 1)
     cells = [
         (scenario, {**varied, **chosen}, duration)
         for varied, chosen in product(variations.values(), controllers.values())
     ]
     for name, overrides, _ in cells:
         load_scenario(name, overrides)  # refuses before anything runs
-    if max_workers == 1:
-        results = [_run(cell) for cell in cells]
-    else:
-        with ProcessPoolExecutor(max_workers, get_context("spawn")) as pool:
-            results = list(pool.map(_run, cells))
+    results = list(side_by_side(_run, cells, jobs))
     values = np.array(results).reshape(len(variations), len(controllers), 4, 6)
     coordinates = {"variation": list(variations), "controller": list(controllers)}
     attributes = {"scenario": str(scenario), "duration": duration}

@@ -19,7 +19,6 @@ from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.many import MOST_JOBS, Failed, Figure, each_run, one_line, try_run
-from scara_drake.simulation.processes import RUNS_PER_PROCESS
 
 Result = TypeVar("Result")
 # Takes numbered scenarios and what is kept of a run; yields results as they come.
@@ -31,6 +30,13 @@ Runner = Callable[
 BACKENDS: Final = ("local", "dask", "ray")
 ANSWER: Final = 5.0  # [s] in which a cluster has to answer
 AHEAD: Final = 2  # runs that are handed out for each place on a cluster
+# How to tell that it is such a cluster that answers, as their own time-outs are minutes: what is
+# said to it, and a byte of its answer by its place. Dask begins with the number of its frames,
+# which has eight bytes; Ray speaks HTTP/2, whose first frame is of the kind 4.
+GREETINGS: Final = {
+    "dask": (b"", 7, 0),
+    "ray": (b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0", 3, 4),
+}
 # On which the bits depend.
 PACKAGES: Final = ("scara-drake", "drake", "numpy", "numba")
 
@@ -84,7 +90,7 @@ def runner(
             f"backend: '{backend}', allowed with the extra '{backend}' installed ({error})"
         ) from None
     if address:
-        _check_answer(address)
+        _check_answer(backend, address)
     with (dask_cluster if backend == "dask" else ray_cluster)(module, count, address) as cluster:
         _check_versions(cluster)
         yield partial(spread, cluster, engine=engine)
@@ -128,7 +134,7 @@ def dask_cluster(distributed: Any, jobs: int, address: str | None) -> Iterator[C
         finally:
             client.close()
     except OSError as error:  # a time-out is one
-        raise _nobody(address, error) from None
+        raise _nobody(address, one_line(error)) from None
     finally:
         if own is not None:
             own.close()
@@ -170,8 +176,8 @@ def ray_cluster(ray: Any, jobs: int, address: str | None) -> Iterator[Cluster]:
                 logging_level="error",
                 **own,
             )
-        except (OSError, RuntimeError, ValueError) as error:
-            raise _nobody(address, error) from None
+        except Exception as error:  # it raises nothing more special
+            raise _nobody(address, one_line(error)) from None
     try:
         yield _Ray(ray)
     finally:
@@ -182,7 +188,7 @@ def ray_cluster(ray: Any, jobs: int, address: str | None) -> Iterator[Cluster]:
 class _Ray:
     def __init__(self, ray: Any) -> None:
         self._ray = ray
-        self._remote = ray.remote(num_cpus=1, max_calls=RUNS_PER_PROCESS)(_call)
+        self._remote = ray.remote(num_cpus=1)(_call)
         self.places = max(1, int(ray.cluster_resources().get("CPU", 1)))
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Hashable:
@@ -221,23 +227,31 @@ def _check_versions(cluster: Cluster) -> None:
             raise ValueError(f"address: workers with {name} {found[name]}, allowed {here} as here")
 
 
-def _check_answer(address: str) -> None:
-    """Refuse an address where nobody listens, before a cluster's own, longer time-out.
+def _check_answer(backend: str, address: str) -> None:
+    """Refuse an address where no cluster of this kind answers.
 
     Raises:
         ValueError: it is no address, or nobody answers.
     """
-    host, colon, port = address.rpartition("://")[2].rpartition(":")
+    scheme, _, place = address.rpartition("://")
+    host, colon, port = place.rpartition(":")
     if not (colon and host and port.isdecimal()):
         raise ValueError(f"address: {shown(address)}, allowed HOST:PORT")
+    said, at, byte = GREETINGS[backend]
     try:
-        socket.create_connection((host.strip("[]"), int(port)), ANSWER).close()
+        with socket.create_connection((host.strip("[]"), int(port)), ANSWER) as connection:
+            if scheme == "tls":  # nothing is said in clear
+                return
+            connection.sendall(said)
+            answer = connection.recv(9, socket.MSG_WAITALL)
     except (OSError, OverflowError, UnicodeError) as error:
-        raise _nobody(address, error) from None
+        raise _nobody(address, one_line(error)) from None
+    if len(answer) <= at or answer[at] != byte:
+        raise _nobody(address, f"what is there is no {backend.capitalize()}")
 
 
-def _nobody(address: str | None, error: BaseException) -> ValueError:
+def _nobody(address: str | None, reason: str) -> ValueError:
     return ValueError(
         f"address: {shown(address or 'this machine')}, allowed one that answers within "
-        f"{ANSWER:g} s ({one_line(error)})"
+        f"{ANSWER:g} s ({reason})"
     )

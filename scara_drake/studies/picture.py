@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm, Normalize
+from matplotlib.colors import Colormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
@@ -22,12 +22,21 @@ from numpy.typing import NDArray
 
 from scara_drake.common import checks
 from scara_drake.display import look
+from scara_drake.studies.scales import (
+    NO,
+    YES,
+    colors_of,
+    edges_of,
+    is_flag,
+    label_of,
+    places_of,
+    scale_axis,
+    scale_values,
+)
 
 Array = NDArray[np.float64]
 
 MOST_PANELS: Final = 12  # in a row
-WIDE: Final = 50.0  # largest over smallest, from which on a scale is logarithmic
-NO, YES = look.VERDICTS[2], look.VERDICTS[0]
 HATCHES: Final = {"run failed": "xxxx", "no figure": "////"}
 PANEL: Final = (2.7, 2.5)  # [inch]
 
@@ -84,7 +93,7 @@ def _draw_grid(result: xr.Dataset, figure: Figure, names: Sequence[str]) -> list
     kinds: dict[str, Artist] = {}
     y, x = axes_of
     for row, name in zip(panels, names, strict=True):
-        colors, norm = _colors(result[name])
+        colors, norm = colors_of(result[name])
         for ax, pick in zip(row, picks, strict=True):
             part = result.isel(pick)
             _draw_map(part, name, ax, x, y, colors=colors, norm=norm)
@@ -105,14 +114,16 @@ def _draw_map(
     part: xr.Dataset, name: str, ax: Axes, x: str, y: str, *, colors: Colormap, norm: Normalize
 ) -> None:
     values = _over_seeds(part[name]).transpose(y, x)
-    ax.pcolormesh(_edges(part[x]), _edges(part[y]), values, cmap=colors, norm=norm)
-    _scale(ax, part[x], "x")
-    _scale(ax, part[y], "y")
+    if isinstance(norm, LogNorm):
+        values = values.clip(min=norm.vmin)  # zero has no place on a logarithmic scale
+    ax.pcolormesh(edges_of(part[x]), edges_of(part[y]), values, cmap=colors, norm=norm)
+    scale_axis(ax, part[x], "x")
+    scale_axis(ax, part[y], "y")
 
 
 def _hatch_missing(part: xr.Dataset, name: str, ax: Axes, x: str, y: str) -> dict[str, Artist]:
     """Hatch the cells in which a run of any seed has no figure; return what the hatches mean."""
-    left, bottom = _edges(part[x]), _edges(part[y])
+    left, bottom = edges_of(part[x]), edges_of(part[y])
     kinds: dict[str, Artist] = {}
     for kind, where in _missing(part, name).items():
         rows = where.any("seed") if "seed" in where.dims else where
@@ -134,24 +145,24 @@ def _draw_curves(
     panels = _panels(figure, 1, len(names), (4.2, 3.4))[0]
     kinds: dict[str, Artist] = {}
     for ax, name in zip(panels, names, strict=True):
-        if _is_flag(result[name]) and len(picks) > 1 and len(picks[0]) == 1:
+        if is_flag(result[name]) and len(picks) > 1 and len(picks[0]) == 1:
             # Curves between no and yes would hide each other.
             (other,) = picks[0]
-            colors, norm = _colors(result[name])
+            colors, norm = colors_of(result[name])
             _draw_map(result, name, ax, x, other, colors=colors, norm=norm)
             kinds |= _hatch_missing(result, name, ax, x, other)
             _explain_colors(result[name], figure, [ax], colors, norm)
             continue
         for pick in picks:
             part = result.isel(pick)
-            places, values = _places(part[x]), _over_seeds(part[name])
+            places, values = places_of(part[x]), _over_seeds(part[name])
             (line,) = ax.plot(places, values, marker=".", label=_title(result, pick))
             if "seed" in part[name].dims and x != "seed":
                 low, high = part[name].min("seed"), part[name].max("seed")
                 ax.fill_between(places, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
             kinds |= _cross_missing(part, name, ax, x, line.get_color())
-        _scale(ax, result[x], "x")
-        _scale_values(ax, result[name])
+        scale_axis(ax, result[x], "x")
+        scale_values(ax, result[name])
         if len(picks) > 1:
             ax.legend(loc="best", fontsize="small")
     return list(kinds.values())
@@ -162,7 +173,7 @@ def _cross_missing(part: xr.Dataset, name: str, ax: Axes, x: str, color: Any) ->
     kinds: dict[str, Artist] = {}
     for (kind, where), marker in zip(_missing(part, name).items(), ("x", "|"), strict=True):
         rows = where.any([dim for dim in where.dims if dim != x])
-        places = np.asarray(_places(part[x]))[rows.values]
+        places = np.asarray(places_of(part[x]))[rows.values]
         if places.size:
             foot = ax.get_xaxis_transform()
             ax.plot(places, np.full(places.size, 0.02), marker, color=color, transform=foot)
@@ -176,15 +187,15 @@ def _draw_points(result: xr.Dataset, figure: Figure, names: Sequence[str]) -> li
     panels = _panels(figure, len(names), len(parameters), (3.2, 2.7))
     for row, name in zip(panels, names, strict=True):
         for ax, parameter in zip(row, parameters, strict=True):
-            places = _places(result[parameter])
+            places = places_of(result[parameter])
             ax.plot(places, result[name], ".", color=look.FIRST, alpha=0.7)
             kinds |= _cross_missing(result, name, ax, "run", "0.4") if parameter == "run" else {}
             if parameter != "run":
                 kinds |= _cross_missing(
                     result.assign_coords(run=("run", places)), name, ax, "run", "0.4"
                 )
-            _scale(ax, result[parameter], "x")
-            _scale_values(ax, result[name])
+            scale_axis(ax, result[parameter], "x")
+            scale_values(ax, result[name])
             if ax is not row[0]:
                 ax.set_ylabel("")
     return list(kinds.values())
@@ -207,107 +218,25 @@ def _over_seeds(values: xr.DataArray) -> xr.DataArray:
     return values.mean("seed") if values.ndim > 1 and "seed" in values.dims else values
 
 
-def _is_flag(values: xr.DataArray) -> bool:
-    return "flag_meanings" in values.attrs
-
-
-def _colors(values: xr.DataArray) -> tuple[Colormap, Normalize]:
-    """Return the colours of a figure, the same in all its panels."""
-    import matplotlib as mpl
-
-    if _is_flag(values):
-        return LinearSegmentedColormap.from_list("no_yes", [NO, YES]), Normalize(0.0, 1.0)
-    low, high = float(values.min()), float(values.max())
-    if not np.isfinite(low):  # there is none
-        low, high = 0.0, 1.0
-    if _is_wide(values):
-        return mpl.colormaps["viridis"], LogNorm(low, high)
-    return mpl.colormaps["viridis"], Normalize(low, high)
-
-
 def _explain_colors(
     values: xr.DataArray, figure: Figure, row: Sequence[Axes], colors: Colormap, norm: Normalize
 ) -> None:
     from matplotlib.cm import ScalarMappable
 
-    if _is_flag(values) and "seed" not in values.dims:
+    if is_flag(values) and "seed" not in values.dims:
         shades = [Patch(facecolor=NO, label="no"), Patch(facecolor=YES, label="yes")]
         row[-1].legend(
             handles=shades,
-            title=_label(values),
+            title=label_of(values),
             loc="center left",
             bbox_to_anchor=(1.02, 0.5),
             fontsize="small",
             title_fontsize="small",
         )
         return
-    figure.colorbar(ScalarMappable(norm, colors), ax=list(row)).set_label(_label(values))
-
-
-def _is_wide(values: xr.DataArray) -> bool:
-    """Whether numbers are above zero and spread over decades."""
-    low, high = float(values.min()), float(values.max())
-    return bool(low > 0.0 and high > WIDE * low)
-
-
-def _is_even_in_log(coordinate: xr.DataArray) -> bool:
-    values = coordinate.values
-    if values.dtype.kind != "f" or values.size < 3 or values.min() <= 0.0:
-        return False
-    ratios = np.diff(np.log(np.sort(values)))
-    return bool(np.ptp(ratios) < 0.01 * ratios.max() and values.max() > 2.0 * values.min())
-
-
-def _places(coordinate: xr.DataArray) -> Array:
-    """Return where values stand on an axis: numbers where they are, words one after the other."""
-    values = coordinate.values
-    if values.dtype.kind in "fi":
-        return np.asarray(values, dtype=np.float64)
-    words = list(dict.fromkeys(values.tolist()))
-    return np.array([words.index(value) for value in values.tolist()], dtype=np.float64)
-
-
-def _edges(coordinate: xr.DataArray) -> Array:
-    """Return the edges of the cells around values, amid them."""
-    places = _places(coordinate)
-    if _is_even_in_log(coordinate):
-        return np.asarray(np.exp(_amid(np.log(places))))
-    return _amid(places)
-
-
-def _amid(places: Array) -> Array:
-    half = 0.5 * np.diff(places)
-    middles = places[:-1] + half
-    return np.concatenate([[places[0] - half[0]], middles, [places[-1] + half[-1]]])
-
-
-def _scale(ax: Axes, coordinate: xr.DataArray, axis: Literal["x", "y"]) -> None:
-    """Name an axis, and give it words where its values are words."""
-    ax.set(**{f"{axis}label": _name(coordinate)})
-    if coordinate.dtype.kind not in "fi":
-        words = list(dict.fromkeys(map(str, coordinate.values)))
-        ax.set(**{f"{axis}ticks": range(len(words)), f"{axis}ticklabels": words})
-        ax.tick_params(axis=axis, labelsize="small", rotation=30 if axis == "x" else 0)
-    elif _is_even_in_log(coordinate):
-        ax.set(**{f"{axis}scale": "log"})
-
-
-def _scale_values(ax: Axes, values: xr.DataArray) -> None:
-    ax.set_ylabel(_label(values), fontsize="small")
-    if _is_flag(values):
-        ax.set(yticks=(0.0, 1.0), yticklabels=("no", "yes"), ylim=(-0.1, 1.1))
-    elif _is_wide(values):
-        ax.set_yscale("log")
-    ax.grid(alpha=0.3)
-
-
-def _name(values: xr.DataArray) -> str:
-    units = values.attrs.get("units", "")
-    return f"{values.name} [{units}]" if units not in ("", "1") else str(values.name)
-
-
-def _label(values: xr.DataArray) -> str:
-    return _name(values).replace("_", " ")
+    below = "min" if float(values.min()) < (norm.vmin or 0.0) else "neither"
+    bar = figure.colorbar(ScalarMappable(norm, colors), ax=list(row), extend=below)
+    bar.set_label(label_of(values))
 
 
 def _title(result: xr.Dataset, pick: dict[str, int]) -> str:

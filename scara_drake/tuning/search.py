@@ -76,8 +76,8 @@ def tune(
         duration: of a run [s], in place of the scenario's.
         study: SQLite file that keeps the trials, to go on later; it may exist.
         aim: what the cost is made of.
-        jobs: processes that simulate. With more than one, a script of your own calls this under
-            ``if __name__ == "__main__":``.
+        jobs: how many runs go side by side: in threads, or in processes where they need Drake. With
+            more than one, a script of your own calls this under ``if __name__ == "__main__":``.
         show: is called after every trial with the number of trials and the lowest cost.
 
     Raises:

@@ -32,7 +32,7 @@ def run(
     duration: float = 3.0,
     variations: Mapping[str, Overrides] = VARIATIONS,
     controllers: Mapping[str, Overrides] = CONTROLLERS,
-    max_workers: int = 1,
+    jobs: int | None = None,
 ) -> Experiment:
     """Gather the evidence for the gains of Tables 11 and 12.
 
@@ -43,15 +43,15 @@ def run(
         duration: of the recordings [s].
         variations: of the robustness map.
         controllers: of the robustness map.
-        max_workers: processes of the robustness map.
+        jobs: runs side by side; all cores if None.
     """
     tables = evidence.tables()
     data = xr.merge(
         [
             evidence.poles(tables, seed, postures),
             evidence.delays(tables, every),
-            evidence.followed(duration),
-            robustness_map(variations, controllers, SCENARIO, duration, max_workers),
+            evidence.followed(duration, jobs),
+            robustness_map(variations, controllers, SCENARIO, duration, jobs),
         ],
         combine_attrs="override",
     ).assign_attrs(seed=seed, scenario=SCENARIO, duration=duration, period=PERIOD)

@@ -9,9 +9,7 @@ is felt. Its figures are of `bilateral_metrics`.
 from __future__ import annotations
 
 import dataclasses
-import multiprocessing
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Final, cast
 
@@ -27,6 +25,7 @@ from scara_drake.channel.links import Channel, Link
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
+from scara_drake.common.parallel import side_by_side
 from scara_drake.experiments.claim import Experiment
 from scara_drake.experiments.teleoperation.couplings_claims import claims
 from scara_drake.metrics import bilateral as bilateral_metrics
@@ -106,7 +105,7 @@ def run(
     times: Sequence[float] = PRESS,
     duration: float = 12.0,
     sweep_duration: float = 30.0,
-    jobs: int = 1,
+    jobs: int | None = None,
 ) -> Experiment:
     """Simulate each coupling over each channel in each case, and sweep those that are stable.
 
@@ -123,7 +122,7 @@ def run(
         times: of the press: it starts, is there, is given up, is over [s].
         duration: of a run [s].
         sweep_duration: [s]; 0 for no sweeps.
-        jobs: processes.
+        jobs: runs side by side; all cores if None.
     """
     checks.number("duration", duration, times[-1])
     shape = (len(couplings), len(presets), len(cases))
@@ -160,7 +159,7 @@ def _transparency(
     stable: np.ndarray,
     seed: int,
     duration: float,
-    jobs: int,
+    jobs: int | None,
 ) -> list[xr.Variable]:
     """Transparency error and Z-width (coupling, preset) [decades]; NaN where not `stable`."""
     found = np.full((2, *stable.shape), np.nan)
@@ -180,7 +179,7 @@ def _transparency(
     ]
 
 
-def _work(todo: Sequence[Job], jobs: int, title: str) -> Iterator[dict[str, float | bool]]:
+def _work(todo: Sequence[Job], jobs: int | None, title: str) -> Iterator[dict[str, float | bool]]:
     """Yield the figures of each job, in order."""
 
     def watched(results: Iterable[Any]) -> Iterator[Any]:
@@ -189,13 +188,7 @@ def _work(todo: Sequence[Job], jobs: int, title: str) -> Iterator[dict[str, floa
             results, title, len(todo), console=console, disable=not console.is_terminal
         )
 
-    if jobs == 1:
-        yield from watched(map(figures, todo))
-    else:
-        # A fresh process: a fork of one with threads may hang.
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(jobs, mp_context=context) as pool:
-            yield from watched(pool.map(figures, todo))
+    yield from watched(side_by_side(figures, todo, jobs))
 
 
 def figures(job: Job) -> dict[str, float | bool]:
