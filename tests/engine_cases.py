@@ -125,7 +125,7 @@ CASES: dict[str, tuple[str, Changes]] = {
         "joint_sine",
         {
             "governor": "{}",
-            "robot.payload_mass": 200.0,
+            "robot.payload_mass": 60.0,
             "controller": "!Pid {}",
             "operator.move_duration": 2.0,
             "operator.start": 0.0,
@@ -134,7 +134,7 @@ CASES: dict[str, tuple[str, Changes]] = {
     "delayed process": (
         "joint_sine",
         {
-            "process_delay": "{actuation: !ConstantDelay {delay: 0.002}, reference: " + SINE + ","
+            "process_delay": "{actuation: !ConstantDelay {delay: 0.001}, reference: " + SINE + ","
             " measurement: !ConstantDelay {delay: 0.001}}",
         },
     ),

@@ -8,6 +8,8 @@ from scara_drake import load_scenario, simulate
 
 # No multiple of a time step, a stick's period or a logging period [s].
 SHORT, LONG = 0.3137, 5.0037
+# Loops without a margin: a rounding grows a hundredfold each half second, in either engine.
+UNSTABLE = {"delayed process": 0.5037}
 
 
 def agrees(scenario):
@@ -24,7 +26,7 @@ def test_a_short_run_is_that_of_drake(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_run_is_that_of_drake(name):
-    agrees(scenario_of(name, LONG))
+    agrees(scenario_of(name, UNSTABLE.get(name, LONG)))
 
 
 @pytest.mark.parametrize("name", ["drifting box, hunt_crossley", "steps of 0.7 ms"])

@@ -136,6 +136,7 @@ def test_a_scenario_near_a_shipped_one_agrees(data, name):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)  # most examples are compiled anew
 @examples(40)
 @given(changed(), st.floats(0.3, 0.6))
 def test_a_scenario_of_other_parts_agrees(case, duration):
@@ -146,6 +147,7 @@ def test_a_scenario_of_other_parts_agrees(case, duration):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)  # most examples are compiled anew
 @examples(30)
 @given(st.sampled_from(scenario_names()), settings_within_bounds(3))
 def test_a_scenario_anywhere_within_its_bounds_agrees_or_says_why(name, settings):
@@ -155,6 +157,7 @@ def test_a_scenario_anywhere_within_its_bounds_agrees_or_says_why(name, settings
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(3600)  # most examples are compiled anew
 @examples(30)
 @given(surfaces(), st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6))
 def test_an_arm_among_surfaces_agrees_or_touches(surface, move):

@@ -1,5 +1,6 @@
 import gc
 import hashlib
+import json
 import os
 import signal
 import subprocess
@@ -17,9 +18,19 @@ from pydrake.geometry import Meshcat
 from scara_drake import joints, load_recording, load_scenario, metrics, simulate
 from scara_drake.recordings.journal import Journal
 
+JITTER = (
+    "!Packets {delay: !ConstantDelay {delay: 0.02}, longest: 0.3,"
+    " jitter: {distribution: gamma, mean: 0.005, std: 0.003}, loss: {in_good: 0.1}}"
+)
+# Shipped scenarios and changes to them, in JSON, for a process of its own.
+SEEDED = {
+    "teleoperation": {},
+    "bilateral": {"channel.up": JITTER, "channel.down": JITTER},
+}
 FINGERPRINT = """
-import hashlib, sys, scara_drake as sd
-d = sd.simulate(sd.load_scenario("teleoperation", {"duration": 0.3, "seed": 5}), engine=sys.argv[1])
+import hashlib, json, sys, scara_drake as sd
+_, engine, name, changes = sys.argv
+d = sd.simulate(sd.load_scenario(name, json.loads(changes)), engine=engine)
 print(hashlib.sha256(b"".join(d[v].values.tobytes() for v in sorted(d.data_vars))).hexdigest())
 """
 
@@ -30,8 +41,10 @@ def fingerprint(dataset):
 
 
 @pytest.mark.parametrize("engine", ["compiled", "drake"])
-def test_a_seed_gives_the_same_bits_everywhere(engine):
-    scenario = load_scenario("teleoperation", {"duration": 0.3, "seed": 5})
+@pytest.mark.parametrize("name", SEEDED)
+def test_a_seed_gives_the_same_bits_everywhere(engine, name):
+    changes = {"duration": 0.3, "seed": 5, **SEEDED[name]}
+    scenario = load_scenario(name, changes)
     first = fingerprint(simulate(scenario, engine=engine))
     assert fingerprint(simulate(scenario, engine=engine)) == first
     if engine == "drake":
@@ -41,9 +54,13 @@ def test_a_seed_gives_the_same_bits_everywhere(engine):
         with ThreadPoolExecutor(4) as threads:
             assert set(threads.map(fingerprint, threads.map(simulate, [scenario] * 8))) == {first}
     other = subprocess.run(
-        [sys.executable, "-c", FINGERPRINT, engine], capture_output=True, text=True, check=True
-    )
+        [sys.executable, "-c", FINGERPRINT, engine, name, json.dumps(changes)],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
     assert other.stdout.strip() == first
+    another = load_scenario(name, {**changes, "seed": 6})
+    if name == "bilateral":
+        assert fingerprint(simulate(another, engine=engine)) != first
 
 
 BASES = {
