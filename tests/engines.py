@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import xarray as xr
 
@@ -10,6 +12,7 @@ from scara_drake.scenario import Scenario
 
 # Of the largest value of a signal.
 FREE, IN_CONTACT = 1e-9, 1e-6
+BESIDE = 1e-13  # of a posture, a few roundings
 # What a recording says of the engine itself, of the clock, and of when it was made.
 OF_THE_RUN = {"engine", "engine_reason", "first_posture_seconds", "date_created"}
 
@@ -20,13 +23,18 @@ def both(scenario: Scenario) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def differences(compiled: xr.Dataset, drake: xr.Dataset) -> dict[str, float]:
-    """How far each signal is from Drake's, over the largest value of that, and as it has to look.
-
-    What has to be equal is asserted: times to the bit, names, dims, attributes, and where NaN is.
-    """
+    """How far each signal is from Drake's, see `gaps`; what is said of the runs has to be equal."""
     assert compiled.attrs["engine"] == "compiled"
     assert drake.attrs["engine"] == "drake"
     assert _told(compiled.attrs) == _told(drake.attrs)
+    return gaps(compiled, drake)
+
+
+def gaps(compiled: xr.Dataset, drake: xr.Dataset) -> dict[str, float]:
+    """How far each signal is from the other's, over the largest value of that.
+
+    Names, dims, types and attributes of the signals, times and where NaN is have to be equal.
+    """
     assert list(compiled.variables) == list(drake.variables)
     found = {}
     for name in map(str, drake.variables):
@@ -56,6 +64,13 @@ def worst(scenario: Scenario) -> tuple[str, float, bool]:
     found = differences(compiled, drake)
     name = max(found, key=found.__getitem__)
     return name, found[name], touches(drake)
+
+
+def grown(scenario: Scenario, recording: xr.Dataset) -> dict[str, float]:
+    """How far the run is from one of the same engine that starts a few roundings beside it."""
+    beside = copy.copy(scenario)
+    beside.q0 = list(recording.q_measured.values[0] * (1.0 + BESIDE))
+    return gaps(recording, simulate(beside, engine="compiled"))
 
 
 def _told(attributes: dict[str, object]) -> dict[str, object]:

@@ -2,7 +2,7 @@
 
 import pytest
 from engine_cases import CASES, QUICK, scenario_of
-from engines import FREE, IN_CONTACT, both, differences, touches
+from engines import FREE, IN_CONTACT, both, differences, grown, touches
 
 from scara_drake import load_scenario, simulate
 
@@ -10,6 +10,9 @@ from scara_drake import load_scenario, simulate
 SHORT, LONG = 0.3137, 5.0037
 # Loops without a margin: a rounding grows a hundredfold each half second, in either engine.
 UNSTABLE = {"delayed process": 0.5037}
+# A pipe that waves against the hand: touch and release make 7e-6 and 3e-6 of rounding in 5 s, and
+# 1e-5 to 2e-4 of a start that is 1e-13 beside. They are held to that.
+TOUCH_AND_GO = ("waving cylinder, impedance", "waving cylinder, hunt_crossley")
 
 
 def agrees(scenario):
@@ -26,7 +29,14 @@ def test_a_short_run_is_that_of_drake(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_run_is_that_of_drake(name):
-    agrees(scenario_of(name, UNSTABLE.get(name, LONG)))
+    if name not in TOUCH_AND_GO:
+        agrees(scenario_of(name, UNSTABLE.get(name, LONG)))
+        return
+    scenario = scenario_of(name, LONG)
+    compiled, drake = both(scenario)
+    found = differences(compiled, drake)
+    worst = max(found, key=found.__getitem__)
+    assert found[worst] < grown(scenario, compiled)[worst]
 
 
 @pytest.mark.parametrize("name", ["drifting box, hunt_crossley", "steps of 0.7 ms"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from journalled import journalled
@@ -28,7 +30,8 @@ def own_controller():
 
 def own_surface():
     scenario = load_scenario("joint_sine")
-    scenario.environment = Environment([Ball(centre=[5.0, 5.0, 5.0])])
+    ball: Any = Ball(centre=[5.0, 5.0, 5.0])
+    scenario.environment = Environment([ball])
     return scenario
 
 
