@@ -73,7 +73,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """The journal and the recording of a run."""
     folder = tmp_path_factory.mktemp("files")
     journal, record = folder / "run.journal", folder / "run.nc"
-    journalled(load_scenario("teleoperation", {"duration": 0.3}), journal)
+    journalled(load_scenario("teleoperation", {"duration": 0.3}), journal, "drake")
     save_journal(journal, record)
     return journal, record
 

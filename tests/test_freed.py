@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import subprocess
+import sys
 import weakref
 
 import numpy as np
@@ -78,3 +80,23 @@ def test_a_block_of_a_user_is_freed_and_lives_as_long_as_its_diagram() -> None:
     assert both == pytest.approx([2.0])
     del simulator, own, diagram
     assert alive(seen) == []
+
+
+IN_ANOTHER_THREAD = """
+import gc, threading
+from pydrake.geometry import Meshcat
+import scara_drake as sd
+diagram = sd.make_diagram(sd.load_scenario("joint_sine"), Meshcat())
+del diagram
+thread = threading.Thread(target=gc.collect)
+thread.start()
+thread.join()
+print("alive")
+"""
+
+
+def test_a_drawn_diagram_may_be_freed_in_any_thread() -> None:
+    """Drake ends the program where a Meshcat is freed by another thread than its own."""
+    command = [sys.executable, "-c", IN_ANOTHER_THREAD]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert (result.returncode, result.stdout) == (0, "alive\n"), result.stderr

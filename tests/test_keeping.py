@@ -26,7 +26,9 @@ from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal, survey
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
 
+# By Drake, so that a run is still under way when it is met.
 LINE = [sys.executable, "-m", "scara_drake", "run", "joint_sine", "--no-realtime", "--no-meshcat"]
+LINE += ["--engine", "drake"]
 
 
 def start(record: Path, duration: float, **options: Any) -> subprocess.Popen[str]:

@@ -96,7 +96,7 @@ def test_bad_trace_file(capsys, tmp_path):
 
 
 def test_a_failed_run_is_status_one_and_keeps_the_journal(capsys, tmp_path, monkeypatch):
-    target = sys.modules["scara_drake.simulation.run"]
+    target = sys.modules["scara_drake.simulation.steppers"]
     original = target.drain
     calls = []
 
@@ -108,7 +108,7 @@ def test_a_failed_run_is_status_one_and_keeps_the_journal(capsys, tmp_path, monk
 
     monkeypatch.setattr(target, "drain", fail)
     status, _, err = run_line(
-        capsys, "run", "mast_step", "--no-realtime", "--no-meshcat",
+        capsys, "run", "mast_step", "--no-realtime", "--no-meshcat", "--engine", "drake",
         "--record", str(tmp_path / "run.nc"),
     )  # fmt: skip
     assert status == 1

@@ -14,6 +14,11 @@ from scara_drake.display.camera import set_camera
 from scara_drake.environment import Environment
 
 
+# Drake ends the program where a Meshcat is freed by another thread than its own, and the garbage
+# collector frees a Diagram, with what it draws on, in whichever thread it happens to run.
+_DRAWN_ON: list[Meshcat] = []
+
+
 def add_visualization(
     builder: DiagramBuilder,
     plant: MultibodyPlant,
@@ -34,6 +39,8 @@ def add_visualization(
         places: (n, 3) [m] where the robot goes, for the camera.
         collision_shapes: also offers Drake's collision shapes and contact forces, for debugging.
     """
+    if not any(meshcat is other for other in _DRAWN_ON):
+        _DRAWN_ON.append(meshcat)
     config = VisualizationConfig(
         publish_period=PERIOD,
         publish_proximity=collision_shapes,
