@@ -13,7 +13,6 @@ from scara_drake.display.annotations import PERIOD, SceneAnnotations
 from scara_drake.display.camera import set_camera
 from scara_drake.environment import Environment
 
-
 # Drake ends the program where a Meshcat is freed by another thread than its own, and the garbage
 # collector frees a Diagram, with what it draws on, in whichever thread it happens to run.
 _DRAWN_ON: list[Meshcat] = []
