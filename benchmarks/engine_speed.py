@@ -233,8 +233,8 @@ def whole_call() -> str:
 def main(arguments: list[str] | None = None) -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--seconds", type=float, default=1.0, help="simulated, a case and round")
-    parser.add_argument("--rounds", type=int, default=30)
+    parser.add_argument("--seconds", type=float, default=5.0, help="simulated, a case and round")
+    parser.add_argument("--rounds", type=int, default=12)
     parser.add_argument("--save", action="store_true", help=f"to {RESULTS.name}, too")
     options = parser.parse_args(arguments)
     if not (options.seconds > 0.0 and options.rounds > 0):

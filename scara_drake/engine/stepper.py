@@ -41,7 +41,7 @@ class CompiledStepper:
         NotCompilableError: a part of the Diagram can only run in Drake; names it.
     """
 
-    block = 1.0  # [s]
+    block = 5.0  # [s]; each call of the function looks its kernels up anew
 
     def __init__(self, diagram: Diagram, scenario: Scenario, folder: Path) -> None:
         graph = graph_of(diagram)
