@@ -24,7 +24,7 @@ def test_what_is_compiled_is_counted_in_one_line_of_a_terminal():
         one(2.0)
     one(np.ones(2))
     assert line.count == 2
-    assert "Compiling kernels, only the first time: 2" in text.getvalue()
+    assert "Compiling kernels, only the first time: 2 (test_cli_kernels." in text.getvalue()
     assert "\n" not in text.getvalue()
     assert text.getvalue().endswith("\x1b[2K\r")
 

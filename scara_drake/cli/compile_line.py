@@ -1,4 +1,4 @@
-"""The first call of a kernel compiles it, which takes a while: a line that counts them."""
+"""The first call of a kernel compiles it, which takes a while: a line that counts and names them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ERASE: Final = Control((ControlType.ERASE_IN_LINE, 2), ControlType.CARRIAGE_RETU
 
 
 class CompileLine(event.Listener):
-    """Counts the kernels that are compiled, in a line that is there while it goes on."""
+    """Counts and names the kernels that are compiled, in a line that is there while it goes on."""
 
     def __init__(self, console: Console) -> None:
         self.count = 0
@@ -28,8 +28,14 @@ class CompileLine(event.Listener):
         self.count += 1
         self._depth += 1
         if self._console.is_terminal:
+            self._console.control(ERASE)
             self._console.print(
-                f"Compiling kernels, only the first time: {self.count}", end="\r", highlight=False
+                f"Compiling kernels, only the first time: {self.count} ({_name(event)})",
+                end="\r",
+                highlight=False,
+                markup=False,
+                no_wrap=True,
+                overflow="ellipsis",
             )
 
     def on_end(self, event: Any) -> None:
@@ -37,6 +43,12 @@ class CompileLine(event.Listener):
         self._depth -= 1
         if self._depth == 0 and self._console.is_terminal:
             self._console.control(ERASE)
+
+
+def _name(event: Any) -> str:
+    """Return the file and the name of what an event compiles, such as "servo.servo_step"."""
+    function = event.data["dispatcher"].py_func
+    return f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
 
 
 @contextmanager
