@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import fields
 
 import numpy as np
 import pytest
 from engines import both, differences
 from numba import njit
+from pydrake.systems.primitives import ConstantVectorSource
 
 from scara_drake import load_scenario
 from scara_drake.common.block import Block, Declaration, Memory
@@ -59,3 +61,14 @@ def test_a_block_with_more_than_its_declaration_is_refused(add: object) -> None:
 
 def test_all_that_a_declaration_can_say_is_handled() -> None:
     assert {field.name for field in fields(Declaration)} == HANDLED
+
+
+def test_a_constant_is_kept_beyond_the_context_that_showed_it() -> None:
+    source = ConstantVectorSource(np.arange(1.0, 4.0))
+    declared = declaration_of(source)
+    assert declared is not None
+    gc.collect()
+    others = [source.CreateDefaultContext() for _ in range(50)]
+    for context in others:
+        source.get_mutable_source_value(context).SetFromVector(np.full(3, -1.0))
+    np.testing.assert_array_equal(declared.memory["value"].initial, np.arange(1.0, 4.0))

@@ -1,4 +1,4 @@
-"""The first call of a kernel compiles it, which takes a while: a line that counts and names them."""
+"""The first call of a kernel compiles it, which takes a while: a line that tells of it."""
 
 from __future__ import annotations
 

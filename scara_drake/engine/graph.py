@@ -157,7 +157,8 @@ def declaration_of(system: System) -> Declaration | None:
         _check_declared(system)
         return system.declaration
     if isinstance(system, ConstantVectorSource):
-        value = system.get_source_value(system.CreateDefaultContext()).value()
+        context = system.CreateDefaultContext()
+        value = system.get_source_value(context).value().copy()  # what it shows is the context's
         return Declaration(memory={"value": Memory(value, port=True)})
     if isinstance(system, MultibodyPlant | SceneGraph | Multiplexer | VectorLogSink):
         return None
