@@ -10,8 +10,15 @@ from strategies.surfaces import surfaces
 from test_engine_dynamics import PLANTS, drake_step
 
 from scara_drake import joints
-from scara_drake.engine.arm import arm_parameters
-from scara_drake.engine.dynamics import WORK, arm_of, place_links, plant_step, set_efforts, work_of
+from scara_drake.dynamics.arm import arm_parameters
+from scara_drake.dynamics.equations import (
+    WORK,
+    arm_of,
+    place_links,
+    plant_step,
+    set_efforts,
+    work_of,
+)
 from scara_drake.engine.watch import FASTEST, LEVERS, is_fast, speed_bound, ticks_clear, watched
 from scara_drake.environment import add_surfaces
 from scara_drake.environment.surfaces import Environment

@@ -19,19 +19,27 @@ taken for a force on the tool as well.
 
 from __future__ import annotations
 
-import threading
+from functools import cache
 from typing import Final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import MultibodyForces
-from pydrake.systems.framework import Context
 
 from scara_drake import robot
 from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory
-from scara_drake.kinematics import jacobian
+from scara_drake.dynamics.arm import arm_parameters
+from scara_drake.dynamics.equations import (
+    WORK,
+    arm_of,
+    link_forces,
+    mass_matrix_and_bias,
+    place_links,
+    work_of,
+)
+from scara_drake.kinematics import tool_kinematics_kernel
 
 Array = NDArray[np.float64]
 
@@ -41,69 +49,70 @@ SMALLEST_RATIO: Final = 0.01
 PERIOD: Final = 0.01  # [s]
 
 
-class Model:
-    """The nominal robot in continuous time, to compute with.
-
-    Attributes:
-        plant: finalized.
-    """
-
-    def __init__(self) -> None:
-        self.plant = MultibodyPlant(time_step=0.0)
-        robot.add_scara(self.plant)
-        self.plant.Finalize()
-        self._local = threading.local()
-
-    def context(self) -> Context:
-        """Return a Context to compute in; what was left in it has to be overwritten.
-
-        Each thread has its own, as making one costs as much as a whole estimate.
-        """
-        if not hasattr(self._local, "context"):
-            self._local.context = self.plant.CreateDefaultContext()
-        return self._local.context
+@cache
+def nominal_arm() -> Array:
+    """Return the nominal robot as `dynamics.equations.arm_of` reads it; nobody writes into it."""
+    plant = MultibodyPlant(time_step=0.0)
+    robot.add_scara(plant)
+    plant.Finalize()
+    return arm_parameters(plant)
 
 
+@njit(cache=True)
 def unexplained_effort(
-    plant: MultibodyPlant, context: Context, q: Array, v: Array, v_dot: Array, tau: Array
-) -> Array:
-    """Return tau_c (6,) [N, N m]: what moves the joints beside the drives and the model.
+    q: Array, v: Array, v_dot: Array, tau: Array, arm: Array, work: Array, effort: Array
+) -> None:
+    """Write tau_c (6,) [N, N m]: what moves the joints beside the drives and the model.
 
     Args:
-        plant: the model.
-        context: of the plant; its positions and velocities are overwritten.
         q: (6,) [m, rad].
         v: (6,) [m/s, rad/s].
         v_dot: (6,) [m/s², rad/s²].
         tau: effort of the drives (6,) [N, N m].
+        arm: the model, see `dynamics.equations.Arm`.
+        work: see `dynamics.equations.Work`; written over.
+        effort: written.
     """
-    plant.SetPositions(context, q)
-    plant.SetVelocities(context, v)
-    forces = MultibodyForces(plant)
-    plant.CalcForceElementsContribution(context, forces)  # gravity and damping
-    return plant.CalcInverseDynamics(context, v_dot, forces) - tau
+    a, w = arm_of(arm), work_of(work)
+    place_links(q, a, w)
+    link_forces(v, a, w)
+    mass_matrix_and_bias(a, w)
+    for i in range(effort.size):
+        effort[i] = w.bias[i] + a.damping[i] * v[i] - tau[i]
+        for j in range(effort.size):
+            effort[i] += w.M[i, j] * v_dot[j]
 
 
-def tool_force(q: Array, effort: Array) -> Array:
-    """Return the force f_W (3,) [N] at the tool point that comes nearest to J_vᵀ f = effort (6,).
+@njit(cache=True)
+def tool_force(q: Array, effort: Array, m_hat: Array, f_W: Array) -> None:
+    """Write the force (3,) [N] at the tool point that comes nearest to J_vᵀ f = effort (6,).
 
     Args:
         q: (6,) [m, rad].
         effort: (6,) [N, N m].
+        m_hat: inertias of the joints (6,), of which W is the inverse [kg, kg m²].
+        f_W: written.
     """
-    root = 1.0 / np.sqrt(robot.nominal_inertias())
-    J_v = jacobian(q)[3:]
-    force = np.linalg.lstsq((J_v * root).T, root * effort, rcond=SMALLEST_RATIO)[0]
-    return np.asarray(force, dtype=np.float64)
+    p, R, J = np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    tool_kinematics_kernel(q, p, R, J)
+    A, b = np.empty((6, 3)), np.empty(6)
+    for i in range(b.size):
+        root = 1.0 / np.sqrt(m_hat[i])
+        b[i] = root * effort[i]
+        for axis in range(f_W.size):
+            A[i, axis] = root * J[3 + axis, i]
+    f_W[:] = np.linalg.lstsq(A, b, SMALLEST_RATIO)[0]
 
 
+@njit(cache=True)
 def estimate(
     state: Array,
     actuation_lagged: Array,
     perturbation_estimate: Array,
     velocity_estimate: Array,
     m_hat: Array,
-    model: Model,
+    arm: Array,
+    work: Array,
     f_estimated_W: Array,
 ) -> None:
     """Write the force of the environment on the tool (3,) [N], see the module.
@@ -114,13 +123,14 @@ def estimate(
         perturbation_estimate: Psi^ (6,) [m/s², rad/s²].
         velocity_estimate: v^ (6,) [m/s, rad/s].
         m_hat: (6,) [kg, kg m²].
-        model: of the robot.
+        arm: the model, see `nominal_arm`.
+        work: see `dynamics.equations.Work`.
         f_estimated_W: written.
     """
     q, tau = state[:6], actuation_lagged
-    v_dot = tau / m_hat + perturbation_estimate
-    effort = unexplained_effort(model.plant, model.context(), q, velocity_estimate, v_dot, tau)
-    f_estimated_W[:] = tool_force(q, effort)
+    v_dot, effort = tau / m_hat + perturbation_estimate, np.empty(6)
+    unexplained_effort(q, velocity_estimate, v_dot, tau, arm, work, effort)
+    tool_force(q, effort, m_hat, f_estimated_W)
 
 
 class ContactForceEstimator(Block):
@@ -133,9 +143,8 @@ class ContactForceEstimator(Block):
         input velocity_estimate (6) [m/s, rad/s]: v^.
         output f_estimated_W (3) [N]: force of the environment on the tool.
 
-    Update, at t = settling + k period: see `estimate`, which is plain Python, for the model is a
-    MultibodyPlant. Initial: zero. Until the observer has found the weight of the arm, that would be
-    taken for a contact.
+    Update, at t = settling + k period: see `estimate`. Initial: zero. Until the observer has found
+    the weight of the arm, that would be taken for a contact.
 
     Args:
         period: [s]; not that of the loop, for an evaluation of the model costs more than the
@@ -157,8 +166,8 @@ class ContactForceEstimator(Block):
                     "perturbation_estimate": Input(6, finite=True),
                     "velocity_estimate": Input(6, finite=True),
                 },
-                memory={"f_estimated_W": Memory(3, port=True)},
-                parameters={"m_hat": robot.nominal_inertias(), "model": Model()},
+                memory={"f_estimated_W": Memory(3, port=True), "work": Memory(WORK.size)},
+                parameters={"m_hat": robot.nominal_inertias(), "arm": nominal_arm()},
                 period=period,
                 offset=settling,
                 update=estimate,

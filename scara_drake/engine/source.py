@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 from scara_drake.common.block import TIME
-from scara_drake.engine.dynamics import plant_step, set_efforts
+from scara_drake.dynamics.equations import plant_step, set_efforts
 from scara_drake.engine.graph import STATE, Buffer, Graph, Node, needed_inputs
 from scara_drake.engine.order import memory_reads, update_order
 from scara_drake.engine.watch import is_fast, ticks_clear

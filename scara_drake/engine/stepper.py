@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from pydrake.geometry import SceneGraph
 from pydrake.systems.framework import Diagram
 
-from scara_drake.engine.arm import arm_parameters
+from scara_drake.dynamics.arm import arm_parameters
+from scara_drake.dynamics.equations import JOINTS, WORK
 from scara_drake.engine.build import program_of
-from scara_drake.engine.dynamics import JOINTS, WORK
-from scara_drake.engine.errors import LeftTheModelError
+from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.engine.faults import first_not_finite, input_not_finite
-from scara_drake.engine.graph import graph_of
+from scara_drake.engine.graph import Graph, graph_of
 from scara_drake.engine.source import buffer_size
 from scara_drake.engine.start import Start
 from scara_drake.engine.watch import watched
@@ -49,10 +49,11 @@ class CompiledStepper:
         self._duration, self._log_period = scenario.duration, scenario.logging.period
         self._period = graph.plant.time_step()
         scene_graph = cast(SceneGraph, diagram.GetSubsystemByName("scene_graph"))
+        arm = _arm_of(graph)
         links, surfaces = watched(graph.plant, scene_graph, scenario.environment)
         own = graph.plant.GetMyContextFromRoot(self._context)
         arrays = {
-            "arm": arm_parameters(graph.plant),
+            "arm": arm,
             "work": WORK.zeros(),
             "segments": links,
             "surfaces": surfaces,
@@ -159,3 +160,15 @@ class CompiledStepper:
             bodies = (self._plant.GetBodyFromFrameId(frame).name() for frame in frames)
             what = " touches ".join(sorted(bodies))
             raise LeftTheModelError(self.time, what)
+
+
+def _arm_of(graph: Graph) -> Array:
+    """Return the plant as the array that is stepped.
+
+    Raises:
+        NotCompilableError: it is no arm of six joints.
+    """
+    try:
+        return arm_parameters(graph.plant)
+    except ValueError as error:
+        raise NotCompilableError(str(error)) from None

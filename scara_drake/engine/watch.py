@@ -17,10 +17,10 @@ from pydrake.geometry import Box, Capsule, Cylinder, SceneGraph, Shape, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 
 from scara_drake.common.layout import Layout
-from scara_drake.engine.arm import moving_joints
-from scara_drake.engine.dynamics import arm_of, work_of
+from scara_drake.dynamics.arm import moving_joints
+from scara_drake.dynamics.equations import arm_of, work_of
+from scara_drake.dynamics.spatial import Vector, plus, rotated, times, vector
 from scara_drake.engine.errors import NotCompilableError
-from scara_drake.engine.spatial import Vector, plus, rotated, times, vector
 from scara_drake.environment.law import SURFACE, surface_of
 from scara_drake.environment.surfaces import Environment, surface_distance, surface_row
 
@@ -91,8 +91,8 @@ def ticks_clear(segments: Array, surfaces: Array, arm: Array, work: Array, state
     Args:
         segments: rows (n, 8), see `Segment`.
         surfaces: rows (m, width) of those that stand still, see `surface_row`.
-        arm: see `dynamics.Arm`.
-        work: see `dynamics.Work`; the links stand where they were before the last step.
+        arm: see `equations.Arm`.
+        work: see `equations.Work`; the links stand where they were before the last step.
         state: of the arm after it (12,).
     """
     a, k = arm_of(arm), work_of(work)

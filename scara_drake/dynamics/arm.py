@@ -1,4 +1,4 @@
-"""A finalized plant as the array that `dynamics` steps."""
+"""A finalized plant as the array that `equations` step."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, Joint, PrismaticJoint, RevoluteJoint
 from pydrake.systems.framework import Context
 
-from scara_drake.engine.dynamics import ARM, JOINTS
-from scara_drake.engine.errors import NotCompilableError
+from scara_drake.dynamics.equations import ARM, JOINTS
 
 Array = NDArray[np.float64]
 
 
 def arm_parameters(plant: MultibodyPlant) -> Array:
-    """Return a plant as `dynamics.arm_of` reads it.
+    """Return a plant as `equations.arm_of` reads it.
 
     Raises:
-        NotCompilableError: it is not a chain of six joints, each along or about the z axis of its
+        ValueError: it is not a chain of six joints, each along or about the z axis of its
             frame and at the origin of the link that it moves.
     """
     context = plant.CreateDefaultContext()
@@ -38,16 +37,12 @@ def moving_joints(plant: MultibodyPlant) -> list[Joint]:
     moving = sorted((j for j in moving if j.num_velocities()), key=lambda j: j.velocity_start())
     kinds = (PrismaticJoint, RevoluteJoint)
     if len(moving) != JOINTS or not all(isinstance(joint, kinds) for joint in moving):
-        raise NotCompilableError(
-            f"plant: {len(moving)} joints, allowed {JOINTS} that slide or turn"
-        )
+        raise ValueError(f"plant: {len(moving)} joints, allowed {JOINTS} that slide or turn")
     anchored = plant.world_body()
     for joint in moving:
         welded = {body.index() for body in plant.GetBodiesWeldedTo(anchored)}
         if joint.parent_body().index() not in welded:
-            raise NotCompilableError(
-                f"plant: joint '{joint.name()}' does not follow the one before"
-            )
+            raise ValueError(f"plant: joint '{joint.name()}' does not follow the one before")
         anchored = joint.child_body()
     return moving
 
@@ -56,9 +51,9 @@ def _link(plant: MultibodyPlant, context: Context, joint: Joint) -> dict[str, ob
     """Return the row of a joint and of the link that it moves."""
     link = joint.child_body()
     if not joint.frame_on_child().GetFixedPoseInBodyFrame().IsExactlyIdentity():
-        raise NotCompilableError(f"plant: joint '{joint.name()}' is not at the origin of its link")
+        raise ValueError(f"plant: joint '{joint.name()}' is not at the origin of its link")
     if not np.array_equal(axis_of(joint), [0.0, 0.0, 1.0]):
-        raise NotCompilableError(f"plant: axis of joint '{joint.name()}', allowed z")
+        raise ValueError(f"plant: axis of joint '{joint.name()}', allowed z")
     # The link before it carries the joint, maybe by a body that is welded to it.
     before = _mover(plant, joint)
     X_PJ = plant.CalcRelativeTransform(context, before, joint.frame_on_parent())
@@ -103,4 +98,4 @@ def _mover(plant: MultibodyPlant, joint: Joint) -> Frame:
         other = plant.get_joint(index)
         if other.num_velocities() and other.child_body().index() in welded:
             return other.child_body().body_frame()
-    raise NotCompilableError(f"plant: nothing moves joint '{joint.name()}'")
+    raise ValueError(f"plant: nothing moves joint '{joint.name()}'")

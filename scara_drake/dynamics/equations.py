@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.layout import Cell, Layout
-from scara_drake.engine.spatial import (
+from scara_drake.dynamics.spatial import (
     cross,
     dot,
     momentum,

@@ -1,0 +1,1 @@
+"""The equations of motion of the arm, as kernels."""
