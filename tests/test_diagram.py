@@ -111,7 +111,8 @@ BASES = {"Block", "JointController"}
 def leaf_systems():
     """Names of the LeafSystems that the package declares by `class` in a module of its own."""
     for module in pkgutil.walk_packages(scara_drake.__path__, "scara_drake."):
-        if not module.name.endswith("__main__"):
+        # The other imports what an extra installs.
+        if not module.name.endswith(("__main__", "exports.rerun_file")):
             for name, one in vars(importlib.import_module(module.name)).items():
                 ours = isinstance(one, type) and one.__module__ == module.name
                 if ours and issubclass(one, LeafSystem):

@@ -75,7 +75,8 @@ def test_a_link_that_touches_was_seen_to_come(surface, posture, heading):
         plant.get_geometry_query_input_port().Eval(own).ComputeSignedDistancePairwiseClosestPoints()
     )
     gaps = [pair.distance for pair in pairs if {pair.id_A, pair.id_B} & fixed]
-    if not isinstance(surface, Wall) and min(gaps) > 0.2:
+    # Of rounded edges the watch sees the sharp shape around them, so far off it may be.
+    if not isinstance(surface, Wall) and min(gaps) > 0.2 + 2.0 * surface.edge_radius:
         assert clear > 0
 
 

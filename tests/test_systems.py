@@ -11,13 +11,14 @@ from scara_drake import systems
 from scara_drake.common.block import Block
 from scara_drake.control.controller import JointController
 
+OF_EXTRAS = {"scara_drake.exports.rerun_file"}  # imports what an extra installs
 BASES = {Block, JointController}  # what others are made of
 
 
 def leaf_systems():
     found = set()
     for module in pkgutil.walk_packages(scara_drake.__path__, "scara_drake."):
-        if module.name.endswith("__main__"):
+        if module.name.endswith("__main__") or module.name in OF_EXTRAS:
             continue
         for value in vars(importlib.import_module(module.name)).values():
             ours = inspect.isclass(value) and value.__module__.startswith("scara_drake")

@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 COLORS: Final = (look.FIRST, look.SECOND, *colormaps["Dark2"].colors)  # type: ignore[attr-defined]  # it is a list of colours
 MOST_POINTS: Final = 6000  # of a curve: twice the pixels across, so that nothing seen is lost
 WIDTH: Final = 11.0  # [in]
+LONGEST_LABEL: Final = 28  # characters of a name in a legend, which a path would fill
 
 
 class Panel(NamedTuple):
@@ -80,7 +81,7 @@ def _panel(
         for index, (name, one) in enumerate(zip(names, values, strict=True)):
             if one is not None:
                 x, y = thinned(one.time.values, one.values)
-                ax.plot(x, y, label=name, **_style(index))
+                ax.plot(x, y, label=_label(name), **_style(index))
         without = [name for name, one in zip(names, values, strict=True) if one is None]
         if without:
             missing.append(f"{curve.name}: not in {', '.join(without)}")
@@ -97,7 +98,7 @@ def _path(names: Sequence[str], recordings: Sequence[xr.Dataset]) -> Iterator[Pi
     for ax, (first, second) in zip(axes, (("x", "y"), ("x", "z")), strict=True):
         for index, path in have:
             x, y = (path.sel(axis=axis).values for axis in (first, second))
-            ax.plot(x, y, label=names[index], **_style(index))
+            ax.plot(x, y, label=_label(names[index]), **_style(index))
         # Walls reach beyond the picture: its limits are set, so that the box has to give way.
         walled = second == "y" and _add_walls(recordings, ax)
         ax.set_aspect("equal", adjustable="box" if walled else "datalim")
@@ -128,7 +129,7 @@ def _apart(names: Sequence[str], recordings: Sequence[xr.Dataset]) -> Iterator[P
             distance = 1e3 * (apart**2).sum("axis", skipna=False) ** 0.5
             if distance.size:
                 x, y = thinned(distance.time.values, distance.values)
-                ax.plot(x, y, label=name, **_style(index))
+                ax.plot(x, y, label=_label(name), **_style(index))
     plotting.finish(ax, "time [s]", f"tool from that of {names[0]} [mm]")
     yield Picture("How far apart are the tools?", figure, ())
 
@@ -148,6 +149,11 @@ def thinned(times: Array, values: Array, most: int = MOST_POINTS) -> tuple[Array
     highest = np.where(np.isnan(pieces), -np.inf, pieces).argmax(axis=1)
     kept = np.unique([starts + lowest, starts + highest])
     return times[kept], values[kept]
+
+
+def _label(name: str) -> str:
+    """Return a name, or the end of one that is too long for a legend."""
+    return name if len(name) <= LONGEST_LABEL else f"…{name[1 - LONGEST_LABEL :]}"
 
 
 def _style(index: int) -> dict[str, Any]:
