@@ -15,6 +15,17 @@ Result = TypeVar("Result")
 MOST_JOBS = 1024
 
 
+def job_count(jobs: int | None) -> int:
+    """Return how many tasks run side by side: all cores if None.
+
+    Raises:
+        ValueError: it is out of its bounds.
+    """
+    count = (os.cpu_count() or 1) if jobs is None else jobs
+    checks.number("jobs", count, 1, MOST_JOBS)
+    return count
+
+
 def side_by_side(
     do: Callable[[Task], Result], tasks: Iterable[Task], jobs: int | None = None
 ) -> Iterator[Result]:
@@ -28,9 +39,7 @@ def side_by_side(
     Raises:
         ValueError: `jobs` is out of its bounds.
     """
-    count = (os.cpu_count() or 1) if jobs is None else jobs
-    checks.number("jobs", count, 1, MOST_JOBS)
-    threads = ThreadPoolExecutor(count)
+    threads = ThreadPoolExecutor(job_count(jobs))
     try:
         yield from threads.map(do, tasks)
     finally:

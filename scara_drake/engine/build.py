@@ -11,6 +11,7 @@ import inspect
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -146,9 +147,7 @@ def _compiled(
     numbers = [known[name] for name in source.arguments if name not in stored]
     signature = int64(*FIXED.values(), *numbers, *kernels)
     text = source.text({name: value.ndim for name, value in stored.items()})
-    versions = f"{numba.__version__} {np.__version__}"
-    short = " ".join(inspect.getsource(function.py_func) for function in SHORT.values())
-    marked = hashlib.sha256(f"{versions} {short} {signature} {text}".encode())
+    marked = hashlib.sha256(f"{_surroundings()} {signature} {text}".encode())
     mark = marked.hexdigest()[:16]
     if mark in _COMPILED:
         return _COMPILED[mark]
@@ -161,6 +160,13 @@ def _compiled(
     compiled = njit(signature, cache=True, nogil=True, error_model="numpy")
     _COMPILED[mark] = compiled(scope[f"advance_{mark}"])
     return _COMPILED[mark]
+
+
+@cache
+def _surroundings() -> str:
+    """Return what machine code depends on beside a text: the compiler, and what is part of it."""
+    short = " ".join(inspect.getsource(function.py_func) for function in SHORT.values())
+    return f"{numba.__version__} {np.__version__} {short}"
 
 
 def _compile_kernel(kernel: Any, passed: list[types.Type]) -> Any:

@@ -67,40 +67,33 @@ def _deepest(recording: xr.Dataset) -> xr.DataArray:
     return recording.penetration.max("surface").clip(min=0.0)
 
 
-def _units(joint: str, linear: str, angular: str) -> str:
-    return linear if joint == "d1" else angular
+def _of_joints(
+    what: str,
+    units: tuple[str, str],
+    scale: float,
+    needs: tuple[str, ...],
+    values: Callable[..., xr.DataArray],
+) -> tuple[Curve, ...]:
+    """Return a curve a joint: units of the mast's and of the others', values by `joint`."""
+    return tuple(
+        Curve(f"{joint} {what}", units[joint != "d1"], scale, needs, partial(values, joint=joint))
+        for joint in JOINT_NAMES
+    )
 
 
 _TOOL = ("p_WE_measured",)
-JOINT_ERRORS: Final = tuple(
-    Curve(
-        f"{joint} error",
-        _units(joint, "mm", "mrad"),
-        1e3,
-        ("q_desired", "q_measured"),
-        partial(_joint_error, joint=joint),
-    )
-    for joint in JOINT_NAMES
+JOINT_ERRORS: Final = _of_joints(
+    "error", ("mm", "mrad"), 1e3, ("q_desired", "q_measured"), _joint_error
 )
-SLIDING_VARIABLES: Final = tuple(
-    Curve(
-        f"{joint} sliding variable",
-        _units(joint, "m/s", "rad/s"),
-        1.0,
-        ("sliding_variable",),
-        partial(_of_joint, joint=joint, name="sliding_variable"),
-    )
-    for joint in JOINT_NAMES
+SLIDING_VARIABLES: Final = _of_joints(
+    "sliding variable",
+    ("m/s", "rad/s"),
+    1.0,
+    ("sliding_variable",),
+    partial(_of_joint, name="sliding_variable"),
 )
-EFFORTS: Final = tuple(
-    Curve(
-        f"{joint} effort",
-        _units(joint, "N", "N m"),
-        1.0,
-        ("tau_applied",),
-        partial(_of_joint, joint=joint, name="tau_applied"),
-    )
-    for joint in JOINT_NAMES
+EFFORTS: Final = _of_joints(
+    "effort", ("N", "N m"), 1.0, ("tau_applied",), partial(_of_joint, name="tau_applied")
 )
 TOOL_ERROR: Final = Curve(
     "tool from its reference", "mm", 1e3, ("p_WE_desired", *_TOOL), tool_error

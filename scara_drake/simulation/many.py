@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -15,6 +14,7 @@ from typing import Final, Generic, TypeVar
 import xarray as xr
 
 from scara_drake.common import checks
+from scara_drake.common.parallel import job_count
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.scenario import Scenario, check_scenario, dump_scenario
 from scara_drake.simulation.processes import processes
@@ -27,7 +27,6 @@ Result = TypeVar("Result")
 # has to be one that can be pickled.
 Figure = Callable[[Scenario, xr.Dataset], Result]
 
-MOST_JOBS: Final = 1024
 FAILED: Final = "error: "  # begins the `ended_by` of a run that failed
 
 
@@ -115,8 +114,7 @@ def each_run(
         KeyboardInterrupt: Ctrl-C; the runs that were under way have ended.
         ValueError: `jobs` or `engine` is out of its bounds.
     """
-    count = (os.cpu_count() or 1) if jobs is None else jobs
-    checks.number("jobs", count, 1, MOST_JOBS)
+    count = job_count(jobs)
     checks.choice("engine", engine, ENGINES)
     todo = iter(scenarios)
     if count == 1:
@@ -156,19 +154,19 @@ def try_run(scenario: Scenario, figure: Figure[Result], engine: str) -> Result |
         KeyboardInterrupt: the run was interrupted.
     """
     try:
-        return figure(scenario, recorded(scenario, engine))
-    except (ValueError, RuntimeError, ArithmeticError) as error:
+        return try_once(scenario, figure, engine)
+    except (NotCompilableError, LeftTheModelError) as error:
         return Failed(one_line(error))
 
 
-def try_compiled(scenario: Scenario, figure: Figure[Result]) -> Result | Failed:
-    """Simulate a scenario by the engine; as `try_run`.
+def try_once(scenario: Scenario, figure: Figure[Result], engine: str = COMPILED) -> Result | Failed:
+    """Do as `try_run`, but raise where the engine cannot.
 
     Raises:
         NotCompilableError, LeftTheModelError: it needs Drake.
     """
     try:
-        return figure(scenario, recorded(scenario, COMPILED))
+        return figure(scenario, recorded(scenario, engine))
     except (NotCompilableError, LeftTheModelError):
         raise
     except (ValueError, RuntimeError, ArithmeticError) as error:
@@ -221,7 +219,7 @@ class _Pools:
         if run.engine == DRAKE:
             self.start_in_process(run, waiting)
         else:
-            waiting[self._threads.submit(try_compiled, run.scenario, run.figure)] = run
+            waiting[self._threads.submit(try_once, run.scenario, run.figure)] = run
 
     def start_in_process(self, run: _Try[Result], waiting: _Waiting[Result]) -> None:
         """Let a run begin in a process."""

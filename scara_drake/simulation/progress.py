@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from types import TracebackType
+from typing import Self
 
 from rich.console import Console
 from rich.progress import (
@@ -17,42 +17,43 @@ from rich.progress import (
 from rich.text import Text
 
 
-class ProgressLine:
+class _Line:
+    """A progress bar that is there within a `with`; shows nothing if not on."""
+
+    def __init__(self, *columns: ProgressColumn, on: bool) -> None:
+        self._bar = Progress(*columns, console=Console(stderr=True), disable=not on)
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+
+class ProgressLine(_Line):
     """A progress bar with the simulated time and the real-time factor; shows nothing if not on.
 
     Where the output is no terminal, one plain line is printed at the end.
     """
 
     def __init__(self, name: str, duration: float, on: bool):
-        self._bar = Progress(
+        super().__init__(
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.completed:6.1f} of {task.total:g} s"),
             TextColumn("{task.fields[factor]:5.2f} x real time"),
             TimeRemainingColumn(),
-            console=Console(stderr=True),
-            disable=not on,
+            on=on,
         )
         self._task = self._bar.add_task(name, total=duration, factor=0.0)
-
-    def __enter__(self) -> ProgressLine:
-        self._bar.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def show(self, simulated: float, factor: float) -> None:
         """Show the simulated time [s] and the real-time factor."""
         self._bar.update(self._task, completed=simulated, factor=factor)
 
 
-class CountLine:
+class CountLine(_Line):
     """A progress bar with how many of some runs are done, their rate and the time left.
 
     Args:
@@ -63,29 +64,16 @@ class CountLine:
     """
 
     def __init__(self, name: str, total: int, done: int = 0, on: bool = True) -> None:
-        self._bar = Progress(
+        super().__init__(
             TextColumn("{task.description}"),
             BarColumn(),
             MofNCompleteColumn(),
             _Rate(),
             TimeRemainingColumn(),
             TextColumn("{task.fields[failed]}"),
-            console=Console(stderr=True),
-            disable=not on,
+            on=on,
         )
         self._task = self._bar.add_task(name, total=total, completed=done, failed="")
-
-    def __enter__(self) -> CountLine:
-        self._bar.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._bar.stop()
 
     def show(self, done: int, failed: int) -> None:
         """Show how many are done in all, and how many of them failed."""

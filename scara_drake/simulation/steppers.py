@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -100,9 +101,14 @@ def compiled_stepper(diagram: Diagram, scenario: Scenario) -> CompiledStepper:
     Raises:
         NotCompilableError: a part of it can only run in Drake; names it.
     """
+    return CompiledStepper(diagram, scenario, _functions_folder())
+
+
+@cache
+def _functions_folder() -> Path:
+    """Return where compiled functions are kept; to find it a file is written."""
     package = Path(scara_drake.__file__).parent
-    cache = cache_folder(package) or package / "__pycache__"
-    return CompiledStepper(diagram, scenario, cache / "engine")
+    return (cache_folder(package) or package / "__pycache__") / "engine"
 
 
 def why_not_compiled(diagram: Diagram, scenario: Scenario) -> str:

@@ -5,7 +5,6 @@ Each backend runs the same function on the same scenario, so a run has the same 
 
 from __future__ import annotations
 
-import os
 import socket
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
@@ -17,8 +16,9 @@ from typing import Any, Final, Protocol, TypeVar
 
 from scara_drake.common import checks
 from scara_drake.common.checks import shown
+from scara_drake.common.parallel import job_count
 from scara_drake.scenario import Scenario
-from scara_drake.simulation.many import MOST_JOBS, Failed, Figure, each_run, one_line, try_run
+from scara_drake.simulation.many import Failed, Figure, each_run, one_line, try_run
 
 Result = TypeVar("Result")
 # Takes numbered scenarios and what is kept of a run; yields results as they come.
@@ -76,8 +76,7 @@ def runner(
         ValueError: the backend is not installed, or nobody answers at the address.
     """
     checks.choice("backend", backend, BACKENDS)
-    count = (os.cpu_count() or 1) if jobs is None else jobs
-    checks.number("jobs", count, 1, MOST_JOBS)
+    count = job_count(jobs)
     if backend == "local":
         if address:
             raise ValueError(f"address: {shown(address)}, allowed with the backend dask or ray")
