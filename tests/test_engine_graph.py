@@ -71,4 +71,7 @@ def test_a_constant_is_kept_beyond_the_context_that_showed_it() -> None:
     others = [source.CreateDefaultContext() for _ in range(50)]
     for context in others:
         source.get_mutable_source_value(context).SetFromVector(np.full(3, -1.0))
-    np.testing.assert_array_equal(declared.memory["value"].initial, np.arange(1.0, 4.0))
+    kept = declared.memory["value"].initial
+    np.testing.assert_array_equal(kept, np.arange(1.0, 4.0))
+    assert isinstance(kept, np.ndarray)
+    assert kept.flags.owndata  # no view of what is freed, which may look right for a while
