@@ -6,7 +6,7 @@ Run ``python docs/make_recording_reference.py`` after a change to what is record
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from scara_drake.exports.formats import FORMATS
@@ -19,7 +19,7 @@ from scara_drake.recordings.signals import (
     SIGNALS,
     Signal,
 )
-from scara_drake.vectors import STICK_NAMES
+from scara_drake.vectors import BUTTON_NAMES, ORIENTATION_NAMES, STICK_NAMES
 
 PAGE = Path(__file__).with_name("recordings.md")
 HEAD = """# Recordings
@@ -62,12 +62,20 @@ ncreadatt("joint_sine.nc", "/", "scenario")
 In R, `ncdf4::ncvar_get(ncdf4::nc_open("joint_sine.nc"), "q_measured")`. For programs that read none
 of this, `scara-drake export joint_sine.nc --to csv` and the other formats below.
 """
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
 DIMS = {
     "time": ("one a sample, decimals of seconds", "s"),
-    "joint": (", ".join(f"`{name}`" for name in JOINT_NAMES), ""),
+    "joint": (_listed(JOINT_NAMES), ""),
     "axis": ("`x`, `y`, `z`", ""),
-    "stick": (", ".join(f"`{name}`" for name in STICK_NAMES), ""),
+    "stick": (_listed(STICK_NAMES), ""),
     "motor": ("`low`, `high`", ""),
+    "rotation": (_listed(ORIENTATION_NAMES), ""),
+    "button": (_listed(BUTTON_NAMES), ""),
     "surface": ("the names of the scenario's surfaces; not there without one", ""),
 }
 

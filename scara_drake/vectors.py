@@ -26,6 +26,110 @@ class JoystickAxes(NamedTuple):
     mast_hat: float
 
 
+class OrientationAxes(NamedTuple):
+    """`orientation_axes` (3): jogs the tool's orientation about W's axes, each -1 to 1."""
+
+    roll: float
+    pitch: float
+    yaw: float
+
+
+class OperatorButtons(NamedTuple):
+    """`operator_buttons` (6): 1 while down, else 0.
+
+    Attributes:
+        engage: the dead-man button.
+        clutch: the stick moves without the tool.
+        hold: stops, until engaged again.
+        reset: acknowledges a fault or an emergency stop.
+        estop: stops, until reset.
+        mast: the stick's z drives the mast.
+    """
+
+    engage: float
+    clutch: float
+    hold: float
+    reset: float
+    estop: float
+    mast: float
+
+
+class DeviceStatus(NamedTuple):
+    """`device_status` (3): what the wall clock says, sampled with the device.
+
+    Attributes:
+        connected: 1 while the device is there, else 0.
+        age: since the device last spoke [s].
+        lateness: of the simulation behind the clock [s].
+    """
+
+    connected: float
+    age: float
+    lateness: float
+
+
+class LiveSettings(NamedTuple):
+    """`live_settings` (5): what an operator may change during a run.
+
+    Attributes:
+        delay_up: added to the channel's, of the command [s].
+        delay_down: added to the channel's, of the force [s].
+        force_scale: of the force that is felt.
+        motion_scale: of the tool's travel.
+        gain_scale: of the controller's gains.
+    """
+
+    delay_up: float
+    delay_down: float
+    force_scale: float
+    motion_scale: float
+    gain_scale: float
+
+
+class SupervisorStatus(NamedTuple):
+    """`operator_status`, `robot_status` (4): see `safety`.
+
+    Attributes:
+        state: a `safety.State`.
+        reason: a `safety.Reason`.
+        engagements: how often it went ACTIVE from a stop; an engagement begins where the arm is.
+        faults: how often it went to HOLD by itself, FAULT or ESTOP.
+    """
+
+    state: Cell
+    reason: Cell
+    engagements: Cell
+    faults: Cell
+
+
+class CommandFrame(NamedTuple):
+    """`command_frame` (10): what a supervised operator sends.
+
+    Attributes:
+        tool_command: (8,), see `ToolCommand`.
+        state: of the operator's supervisor.
+        engagements: its count.
+    """
+
+    tool_command: Array
+    state: Cell
+    engagements: Cell
+
+
+class RobotReport(NamedTuple):
+    """`robot_report` (15): what a supervised robot sends back.
+
+    Attributes:
+        f_env_on_tool_W: (3,) [N].
+        status: (4,) of the robot's supervisor, see `SupervisorStatus`.
+        tool_command: (8,) the command that would leave the arm where its references are.
+    """
+
+    f_env_on_tool_W: Array
+    status: Array
+    tool_command: Array
+
+
 class Pose(NamedTuple):
     """`X_WE_desired` (7), and the beginning of every vector that holds a pose.
 
@@ -102,6 +206,18 @@ class ServoState(NamedTuple):
 
 JOYSTICK_AXES = Layout(JoystickAxes)
 STICK_NAMES: Final = JoystickAxes._fields
+ORIENTATION_AXES = Layout(OrientationAxes)
+ORIENTATION_NAMES: Final = OrientationAxes._fields
+OPERATOR_BUTTONS = Layout(OperatorButtons)
+BUTTON_NAMES: Final = OperatorButtons._fields
+DEVICE_STATUS = Layout(DeviceStatus)
+LIVE_SETTINGS = Layout(LiveSettings)
+SETTING_NAMES: Final = LiveSettings._fields
+# Nothing is added, nothing is scaled.
+NEUTRAL_SETTINGS: Final = LiveSettings(0.0, 0.0, 1.0, 1.0, 1.0)
+SUPERVISOR_STATUS = Layout(SupervisorStatus, state=(), reason=(), engagements=(), faults=())
+COMMAND_FRAME = Layout(CommandFrame, tool_command=8, state=(), engagements=())
+ROBOT_REPORT = Layout(RobotReport, f_env_on_tool_W=3, status=4, tool_command=8)
 POSE = Layout(Pose, p=3, quaternion=4)
 TOOL_COMMAND = Layout(ToolCommand, p=3, quaternion=4, mast=())
 STATE = Layout(State, q=6, v=6)
@@ -110,6 +226,13 @@ SERVO_STATE = Layout(
     ServoState, p=3, quaternion=4, v=3, w=3, mast=(), mast_rate=(), status=(), count=()
 )
 joystick_axes_of = JOYSTICK_AXES.reader()
+orientation_axes_of = ORIENTATION_AXES.reader()
+operator_buttons_of = OPERATOR_BUTTONS.reader()
+device_status_of = DEVICE_STATUS.reader()
+live_settings_of = LIVE_SETTINGS.reader()
+supervisor_status_of = SUPERVISOR_STATUS.reader()
+command_frame_of = COMMAND_FRAME.reader()
+robot_report_of = ROBOT_REPORT.reader()
 pose_of = POSE.reader()
 tool_command_of = TOOL_COMMAND.reader()
 state_of = STATE.reader()

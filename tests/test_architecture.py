@@ -9,8 +9,17 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "scara_drake"
 FILES = sorted(PACKAGE.rglob("*.py"))
-STATIONS = {"operator", "channel", "coupling", "ik", "control", "plant", "environment"}
-GROUND = {"joints", "kinematics", "vectors", "robot", "dynamics", "common"}
+STATIONS = {
+    "operator",
+    "channel",
+    "coupling",
+    "ik",
+    "control",
+    "plant",
+    "environment",
+    "supervision",
+}
+GROUND = {"joints", "kinematics", "vectors", "safety", "robot", "dynamics", "common"}
 LOOK = "display.look"  # colours and scales alone, for whatever draws
 LONGEST_FILE, LONGEST_FUNCTION, MOST_PARAMETERS = 300, 60, 8
 

@@ -36,6 +36,7 @@ def test_a_run_has_the_variables_and_attributes_that_are_told(name: str, setting
     text = recording.attrs["scenario"]
     holds = {
         "the operator's device is a live one": False,
+        "the operator is supervised": "\nsupervision:" in text,
         "the scenario has `kinesthetic`": scenario.kinesthetic is not None,
         "the operator is a `!Master`": "operator: !Master" in text,
         "a command crosses the channel": "operator: !JointMotion" not in text,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 from scara_drake.kinematics import forward_kinematics
 from scara_drake.recordings.signals import JOINT_QUANTITIES, SIGNALS
-from scara_drake.vectors import STICK_NAMES
+from scara_drake.vectors import BUTTON_NAMES, ORIENTATION_NAMES, STICK_NAMES
 
 Array = NDArray[np.float64]
 TIME: Final = {"units": "s", "long_name": "time since the start of the run"}
@@ -23,6 +23,8 @@ Variable = tuple[tuple[str, ...], Array, dict[str, Any]]  # dims, values, attrib
 FORMAT_VERSION: Final = 2
 # Times are written as the decimals they are meant to be: 9 ticks of 1 ms are 0.009 s.
 DECIMALS: Final = 9
+# Dimensions that only a supervised operator has.
+SUPERVISED: Final = ("rotation", "button")
 
 
 def to_dataset(
@@ -53,6 +55,8 @@ def to_dataset(
         "axis": ["x", "y", "z"],
         "stick": list(STICK_NAMES),
         "motor": ["low", "high"],
+        "rotation": list(ORIENTATION_NAMES),
+        "button": list(BUTTON_NAMES),
     }
     if description["surfaces"]:
         coordinates["surface"] = list(description["surfaces"])
@@ -60,6 +64,9 @@ def to_dataset(
     for name, quantity in JOINT_QUANTITIES.items():
         coordinates[name] = ("joint", [quantity[unit] for unit in JOINT_UNITS])
     data = _variables(description, sizes, values)
+    for dim in SUPERVISED:
+        if not any(dim in dims for dims, _, _ in data.values()):
+            del coordinates[dim]
     _add_tool_positions(description, data)
     return xr.Dataset(
         {

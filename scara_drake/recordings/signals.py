@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from scara_drake.vectors import SERVO_STATE
+from scara_drake.vectors import DEVICE_STATUS, LIVE_SETTINGS, SERVO_STATE, SUPERVISOR_STATUS
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,38 @@ JOINT_QUANTITIES: Final[dict[str, dict[str, str]]] = {
     _EFFORTS: {"m": "N", "rad": "N m"},
 }
 _JOINT, _AXIS = ("joint",), ("axis",)
+_STATES = "0 idle, 1 active, 2 clutch, 3 hold, 4 fault, 5 e-stop"
+
+
+def _supervisor(who: str) -> dict[str, Signal]:
+    """What a recording holds of the supervisor on a side, see `safety`."""
+    source, columns = f"{who}_status", SUPERVISOR_STATUS.slices
+    return {
+        f"{who}_{name}": Signal(source, columns[name].start, (), "1", long_name, False)
+        for name, long_name in (
+            ("state", f"of the {who}'s supervisor: {_STATES}"),
+            ("reason", f"why the {who}'s supervisor is in it, a code of `safety.Reason`"),
+            ("engagements", f"how often the {who}'s side was engaged"),
+            ("faults", f"how often the {who}'s side stopped by itself or by an e-stop"),
+        )
+    }
+
+
+def _settings() -> dict[str, Signal]:
+    """What a recording holds of what the operator changes during a run."""
+    columns = LIVE_SETTINGS.slices
+    return {
+        f"live_{name}": Signal("live_settings", columns[name].start, (), unit, long_name, False)
+        for name, unit, long_name in (
+            ("delay_up", "s", "delay of the command that the operator added"),
+            ("delay_down", "s", "delay of the force that the operator added"),
+            ("force_scale", "1", "of the force that is felt, by the operator"),
+            ("motion_scale", "1", "of the tool's travel, by the operator"),
+            ("gain_scale", "1", "of the controller's gains, by the operator"),
+        )
+    }
+
+
 SIGNALS: Final[dict[str, Signal]] = {
     "q_measured": Signal("state", 0, _JOINT, _POSITIONS, "joint positions of the plant"),
     "v_measured": Signal("state", 6, _JOINT, _RATES, "joint rates of the plant"),
@@ -124,6 +156,31 @@ SIGNALS: Final[dict[str, Signal]] = {
     "f_estimated_W": Signal(
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
+    "orientation_axes": Signal(
+        "orientation_axes", 0, ("rotation",), "1", "axes that turn the tool, -1 to 1", False
+    ),
+    "operator_buttons": Signal(
+        "operator_buttons", 0, ("button",), "1", "1 while a button is down", False
+    ),
+    "device_age": Signal(
+        "device_status",
+        DEVICE_STATUS.slices["age"].start,
+        (),
+        "s",
+        "since the operator's device last spoke",
+        False,
+    ),
+    "lateness": Signal(
+        "device_status",
+        DEVICE_STATUS.slices["lateness"].start,
+        (),
+        "s",
+        "of the simulation behind the clock",
+        False,
+    ),
+    **_settings(),
+    **_supervisor("operator"),
+    **_supervisor("robot"),
 }
 # Which Diagrams have a signal that others do not: by the signal, where it is not there always.
 PRESENT: Final[dict[str, str]] = {
@@ -147,6 +204,12 @@ PRESENT: Final[dict[str, str]] = {
     "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
     "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
     "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
+    "orientation_axes": "the operator is supervised",
+    "operator_buttons": "the operator is supervised",
+    "device_status": "the operator is supervised",
+    "live_settings": "the operator is supervised",
+    "operator_status": "the operator is supervised",
+    "robot_status": "the operator is supervised",
 }
 # What a recording says of itself.
 ATTRIBUTES: Final[dict[str, str]] = {
