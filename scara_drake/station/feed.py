@@ -84,5 +84,5 @@ class StationFeed(LeafSystem):
 
 
 def moved(surface: Surface, t: float) -> NDArray[np.float64]:
-    """Return how far (3,) [m] a surface is at `t` [s] from where it was at the start."""
-    return np.asarray(surface.pose_at(t).translation() - surface.pose_at(0.0).translation())
+    """Return how far (3,) [m] a surface is at `t` [s] from where it is at rest."""
+    return np.asarray(surface.pose_at(t).translation() - surface.pose().translation())

@@ -44,7 +44,7 @@ FRAME: Final = np.dtype(
         ("lateness", "f8"),  # behind the clock [s]
         ("late_ticks", "i8"),
         ("p99", "f8"),  # of the lateness [s]
-        ("surfaces", "f8", (MAX_SURFACES, 3)),  # how far each has moved since t = 0 [m]
+        ("surfaces", "f8", (MAX_SURFACES, 3)),  # how far each is from rest [m]
         ("task", f"S{MAX_TASK}"),  # UTF-8
         *((name, "f8", (size,)) for name, size in SIGNALS.items()),
     ]
