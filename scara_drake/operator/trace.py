@@ -35,6 +35,8 @@ SAMPLED = 100  # rows: from so many on a trace is taken for one of a device,
 SLOWEST = 1.0  # [s] and no device is read so seldom; milliseconds are
 CLOCK_TOLERANCE = 1e-9  # [s]; k * period and the decimal of a file differ in the last bits
 RECORDED: Final = {"connected": "device_connected", "age": "device_age"}  # where names differ
+# Older pandas rounds the last digit of a number otherwise than Python, unless it is told.
+EXACTLY: Final = {} if int(pd.__version__.split(".")[0]) > 2 else {"float_precision": "round_trip"}
 LONGEST_TEXT = 60  # of a file's, in a message
 
 # A number as other tools write it: no underscores, no digits of other scripts, no words.
@@ -216,10 +218,7 @@ def _within_bounds(table: pd.DataFrame) -> bool:
 
 
 def _read(file: Path, header: list[str], **how: Any) -> pd.DataFrame:
-    """Read the rows below the header; the columns of a trace, in their order.
-
-    By default pandas rounds the last digits of a number otherwise than Python does.
-    """
+    """Read the rows below the header; the columns of a trace, in their order."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", pd.errors.ParserWarning)  # of entries beyond the header
         table = pd.read_csv(
@@ -230,7 +229,7 @@ def _read(file: Path, header: list[str], **how: Any) -> pd.DataFrame:
             skiprows=1,
             keep_default_na=False,
             encoding="utf-8-sig",
-            float_precision="round_trip",
+            **EXACTLY,
             **how,
         )
     known = [name for name in (*COLUMNS, *MORE_COLUMNS) if name in header]
