@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 import webbrowser
+from importlib.util import find_spec
 
-import starlette  # noqa: F401  # here, so that a missing extra is one line
-import uvicorn  # noqa: F401  # the same
-import websockets  # noqa: F401  # the same
 from rich.console import Console
 
 from scara_drake.cli.kernels import compile_kernels
@@ -27,10 +26,16 @@ from scara_drake.station.place import LOOPBACK, Place
 from scara_drake.station.station import Station
 
 REALTIME = 1.0
+LOOK = 0.05  # whether a page is open [s]
+for _name in ("starlette", "uvicorn", "websockets", "meshcat"):  # which the server's process needs
+    if find_spec(_name) is None:
+        raise ModuleNotFoundError(f"No module named '{_name}'", name=_name)
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
-    """Serve the station of a scenario, simulate it in real time, record it, and say what came of it.
+    """Serve the station of a scenario, simulate it in real time, record it, print the summary.
+
+    The run begins when somebody opens the page.
 
     Returns:
         The exit status, as of `scara-drake run`.
@@ -51,6 +56,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
         try:
             _say_where(console, station, place, options.no_browser)
             scenario.operator.lend(station.device)
+            while not station.has_page():
+                signals.raise_if_pressed()
+                time.sleep(LOOK)
             with notes_told():
                 ended = run_into(journal, scenario, REALTIME, None, True, signals, station=station)
                 keep(journal, record)
@@ -64,9 +72,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def _say_where(console: Console, station: Station, place: Place, quiet: bool) -> None:
     """Say where the page is, and open it."""
-    told = (
-        "this machine only" if place.is_local else "anybody who has this address can take control"
-    )
+    told = "this machine only" if place.is_local else "whoever has this address can take control"
     console.print(f"Station: {station.address} ({told})", soft_wrap=True, highlight=False)
     if not place.is_local and place.tls_cert is None:
         console.print(
