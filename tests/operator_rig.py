@@ -12,7 +12,7 @@ from scara_drake.operator.stick_filter import (
     SAMPLES,
     filter_step,
 )
-from scara_drake.operator.supervision import WATCH, OperatorSupervision
+from scara_drake.operator.supervision import OperatorSupervision, first_watch
 from scara_drake.operator.supervisor import supervise
 from scara_drake.safety import Reason, State
 from scara_drake.vectors import (
@@ -23,6 +23,7 @@ from scara_drake.vectors import (
     ROBOT_REPORT,
     STICK_NAMES,
     SUPERVISOR_STATUS,
+    DeviceStatus,
 )
 
 PERIOD, SAMPLE = 1e-3, 10e-3  # [s]
@@ -32,14 +33,21 @@ SENT = ("robot_state", "robot_reason", "robot_engagements", "robot_faults")
 class OperatorRig:
     """What is set stays until it is set again: axes, buttons, device and robot, by their names."""
 
-    def __init__(self, config: OperatorSupervision | None = None) -> None:
+    def __init__(self, config: OperatorSupervision | None = None, live: bool = True) -> None:
         self.config = config or OperatorSupervision()
         self.now: dict[str, float] = dict.fromkeys(
-            (*STICK_NAMES, *ORIENTATION_NAMES, *BUTTON_NAMES, *SENT, "age", "lateness", "silence"),
+            (
+                *STICK_NAMES,
+                *ORIENTATION_NAMES,
+                *BUTTON_NAMES,
+                *SENT,
+                *DeviceStatus._fields,
+                "silence",
+            ),
             0.0,
         ) | {"connected": 1.0}
         self.samples, self.operator_input = SAMPLES.zeros(), OPERATOR_INPUT.zeros()
-        self.watch = WATCH.zeros(engage=1.0, reset=1.0)
+        self.watch = first_watch(self.config, live)
         self.operator_status = SUPERVISOR_STATUS.zeros()
         self.report = ROBOT_REPORT.zeros()
         self.filtering = FILTERING.pack(ticks=SAMPLE / PERIOD, spike=self.config.spike)

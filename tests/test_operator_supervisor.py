@@ -15,7 +15,7 @@ NAN = float("nan")
 
 
 def active(**config: object) -> OperatorRig:
-    rig = OperatorRig(OperatorSupervision(**config)).run(0.05).engage()  # type: ignore[arg-type]
+    rig = OperatorRig(OperatorSupervision(**config)).run(0.15).engage()  # type: ignore[arg-type]
     assert (rig.state, rig.reason, rig.engagements) == (State.ACTIVE, Reason.NONE, 1)
     return rig
 
@@ -39,6 +39,8 @@ FAULTS = [
     ({"x": NAN}, "no number", State.FAULT, 2 * SAMPLE + PERIOD, {"x": 0.0}),
     ({"mast_axis": 1.06}, "out of range", State.FAULT, 2 * SAMPLE + PERIOD, {"mast_axis": 0.0}),
     ({"yaw": -np.inf}, "no number", State.FAULT, 2 * SAMPLE + PERIOD, {"yaw": 0.0}),
+    ({"bad_samples": 3.0}, "no number", State.FAULT, PERIOD, {"bad_samples": 0.0}),
+    ({"bad_samples": NAN}, "no number", State.FAULT, PERIOD, {"bad_samples": 0.0}),
     ({"clutch": NAN}, "no number", State.FAULT, 2 * SAMPLE + PERIOD, {"clutch": 0.0}),
     ({"engage": 0.0}, "dead-man", State.HOLD, PERIOD, {}),
     ({"hold": 1.0}, "held by the operator", State.HOLD, PERIOD, {"hold": 0.0}),
@@ -101,7 +103,7 @@ def test_while_its_cause_is_there_no_button_leaves_a_stop(
     ],
 )
 def test_nobody_engages_an_arm_that_cannot_follow(fault: dict[str, float], reason: Reason) -> None:
-    rig = OperatorRig().run(0.05, **fault).engage()
+    rig = OperatorRig().run(0.15, **fault).engage()
     assert rig.state in (State.IDLE, State.FAULT)
     assert rig.reason == reason
     rig.run(0.1, connected=1.0, age=0.0, silence=0.0, robot_state=State.IDLE)
@@ -117,8 +119,10 @@ def test_the_severity_of_the_table_is_what_happens() -> None:
 
 
 def test_a_button_held_from_the_start_or_through_a_loss_is_no_press() -> None:
-    rig = OperatorRig().run(1.0, engage=1.0)
+    # At the start a device says nothing yet, and then that the button is down.
+    rig = OperatorRig().run(0.01).run(1.0, engage=1.0)
     assert rig.state == State.IDLE
+    assert OperatorRig(live=False).run(0.01, engage=1.0).state == State.ACTIVE, "a trace"
     assert rig.engage().state == State.ACTIVE
     # Lost while the button was up, back with the button down: a hand on it, no press of it.
     rig.run(0.1, engage=0.0).run(0.1, connected=0.0)
@@ -258,7 +262,7 @@ def test_a_clock_that_jumps_and_a_simulation_that_is_late_are_told_and_stop_noth
 @pytest.mark.parametrize("period", [1e-3, 5e-4, 2e-3])
 def test_the_blocks_take_any_period(period: float) -> None:
     assert StickFilter(0.01, period=period).declaration.period == period
-    assert OperatorSupervisor(OperatorSupervision(), period).declaration.period == period
+    assert OperatorSupervisor(OperatorSupervision(), period=period).declaration.period == period
 
 
 def test_bad_settings_are_refused_by_name() -> None:

@@ -83,6 +83,7 @@ class Watch(NamedTuple):
 
     Attributes:
         engage: button at the last tick.
+        waits: until the buttons of a live device count [s].
         interrupted: 1 while it may resume: an outage has stopped it, and nothing else since.
         reset: button at the last tick.
         robot_state: that the robot reported last.
@@ -96,6 +97,7 @@ class Watch(NamedTuple):
     """
 
     engage: Cell
+    waits: Cell
     interrupted: Cell
     reset: Cell
     robot_state: Cell
@@ -112,6 +114,13 @@ SUPERVISION = Layout(Supervision)
 WATCH = Layout(Watch, **dict.fromkeys(Watch._fields, ()))
 supervision_of = SUPERVISION.reader()
 watch_of = WATCH.reader()
+
+
+def first_watch(config: OperatorSupervision, live: bool) -> Array:
+    """Return the memory at the start: what a live device holds down by then is not pressed."""
+    if not live:
+        return WATCH.zeros()
+    return WATCH.zeros(engage=1.0, reset=1.0, waits=config.stale_after)
 
 
 @njit(cache=True)

@@ -12,8 +12,8 @@ from scara_drake.common.fields import check
 from scara_drake.operator.stick_filter import OPERATOR_INPUT, operator_input_of
 from scara_drake.operator.supervision import (
     NONE,
-    WATCH,
     OperatorSupervision,
+    first_watch,
     supervision_of,
     tell_warnings,
     watch_of,
@@ -75,7 +75,7 @@ def find_cause(
         w.robot_state[()], w.robot_faults[()] = robot.state[()], robot.faults[()]
     if button.estop > 0.0:
         return ESTOP, ESTOP_PRESSED
-    if seen.bad[()] >= s.bad_samples:
+    if not (seen.bad[()] < s.bad_samples and d.bad_samples < s.bad_samples):  # NaN is not
         return FAULT, BAD_SAMPLE
     if news and robot.state[()] >= FAULT:
         return FAULT, robot.reason[()]
@@ -172,7 +172,8 @@ def supervise(
     pressed = button.engage > 0.0 and w.engage[()] == 0.0
     reset = button.reset > 0.0 and w.reset[()] == 0.0
     there = device_status_of(device_status).connected > 0.0
-    gone = not there or is_silent(device_status, supervision, watch)
+    w.waits[()] = max(w.waits[()] - supervision_of(supervision).period, 0.0)
+    gone = not there or is_silent(device_status, supervision, watch) or w.waits[()] > 0.0
     remember(seen.buttons, gone, asked, why, supervision, watch)
     state = now.state[()]
     if asked >= FAULT:
@@ -200,7 +201,7 @@ class OperatorSupervisor(Block):
 
     Ports:
         input operator_input (16): of `StickFilter`.
-        input device_status (3): of the device; one that is always there if not connected.
+        input device_status (4): of the device; one that is always there if not connected.
         input robot_report_received (15): after the channel; of an idle robot if not connected.
         input age_down (1), delay_down (1) [s]: of the packet of the report, if it comes in packets.
         output operator_status (4): state, reason, engagements, faults; see `safety`.
@@ -210,24 +211,28 @@ class OperatorSupervisor(Block):
     silent, a robot that is silent or holds, and the hold button stop ACTIVE and CLUTCH; so does the
     dead-man button where it is let go. A press of it, not its being held, goes ACTIVE from IDLE and
     HOLD, if nothing speaks against it and the robot is in no fault. ACTIVE tells the warning that
-    is fresh as its reason. Initial: IDLE, with both buttons taken for held.
+    is fresh as its reason. Initial: IDLE.
 
     Args:
         config: when it stops.
+        live: there is a device, whose buttons may be held by something at the start; those of a
+            trace are pressed from its first row on.
         period: [s].
 
     Raises:
         ValueError: a field, or the period, is out of its bounds.
     """
 
-    def __init__(self, config: OperatorSupervision, period: float = 1e-3) -> None:
+    def __init__(
+        self, config: OperatorSupervision, live: bool = True, period: float = 1e-3
+    ) -> None:
         check(config, "operator")
         checks.number("period", period, 1e-4, 0.1)
         super().__init__(
             Declaration(
                 inputs={
                     "operator_input": Input(OPERATOR_INPUT.size),
-                    "device_status": Input(DEVICE_STATUS.size, default=(1.0, 0.0, 0.0)),
+                    "device_status": Input(DEVICE_STATUS.size, default=(1.0, 0.0, 0.0, 0.0)),
                     "robot_report_received": Input(
                         ROBOT_REPORT.size, default=(0.0,) * ROBOT_REPORT.size
                     ),
@@ -236,7 +241,7 @@ class OperatorSupervisor(Block):
                 },
                 memory={
                     "operator_status": Memory(SUPERVISOR_STATUS.size, port=True),
-                    "watch": Memory(WATCH.zeros(engage=1.0, reset=1.0)),
+                    "watch": Memory(first_watch(config, live)),
                 },
                 parameters={"supervision": config.parameters(period)},
                 period=period,
