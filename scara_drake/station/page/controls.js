@@ -40,7 +40,8 @@ export class Buttons {
     const { active, words, mine, blocked } = input;
     const again = blocked ? "let engage go, then press it anew" : "engage anew";
     const why = words && mine ? `${words}: ${again}` : HELP[active.kind];
-    write(byId("source"), `${capital(active.name)}. ${capital(why)}`);
+    const watching = "You watch. Take control to operate the arm";
+    write(byId("source"), mine ? `${capital(active.name)}. ${capital(why)}` : watching);
     document.body.dataset.source = active.kind;
   }
 }

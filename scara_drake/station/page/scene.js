@@ -12,7 +12,7 @@ const MAX_PIXELS = 1.5; // of the screen for one of the page, on a graphics card
 const SOFTWARE = /swiftshader|llvmpipe|software/i;
 // A command with a script in it is not for this page, and the camera and the sky are its own.
 const COMMANDS = new Set(["set_object", "set_transform", "set_property", "delete"]);
-const OWN = /^\/?(Cameras|Background|Lights|Render Settings)\b/;
+const OWN = /^\/?(Axes|Background|Cameras|Lights|Render Settings)\b/;
 const SKY = { top_color: [0.1, 0.135, 0.175], bottom_color: [0.27, 0.33, 0.4] };
 const LIGHTS = { SpotLight: 30, PointLightNegativeX: 22, PointLightPositiveX: 22, AmbientLight: 0.45, FillLight: 0.6 };
 
@@ -27,7 +27,9 @@ export class Scene {
     this.place = byId("scene");
     this.viewer = this.#makeViewer();
     this.camera = this.viewer && new Camera(this.viewer);
-    if (this.viewer) requestAnimationFrame(() => this.#animate());
+    if (!this.viewer) return;
+    new ResizeObserver(() => this.#fit()).observe(this.place);
+    requestAnimationFrame(() => this.#animate());
   }
 
   /** @param {ArrayBuffer} picture */
@@ -57,8 +59,9 @@ export class Scene {
       for (const [name, power] of Object.entries(LIGHTS)) {
         viewer.set_property(["Lights", name, "<object>"], "intensity", power);
       }
-      for (const name of ["Axes", "Grid"]) viewer.set_property([name], "visible", false);
-      new ResizeObserver(() => viewer.set_3d_pane_size()).observe(this.place);
+      viewer.set_property(["Axes"], "visible", false);
+      viewer.set_property(["Grid", "<object>"], "material.opacity", 0.2);
+      viewer.set_property(["Grid", "<object>"], "material.transparent", true);
       return viewer;
     } catch (error) {
       console.error(error);
@@ -67,6 +70,11 @@ export class Scene {
       message.hidden = false;
       return null;
     }
+  }
+
+  #fit() {
+    this.viewer.set_3d_pane_size();
+    this.camera.fit();
   }
 
   #animate() {

@@ -6,12 +6,14 @@
 
 /** @typedef {{name: string, eye: number[], target: number[], up: number[], zoom: number, frame: string}} CameraView */
 
+const ASPECT = 1.45; // width to height that a view is made for
+
 /** Moves the camera of a Meshcat viewer. */
 export class Camera {
   /** @param {any} viewer MeshCat.Viewer */
   constructor(viewer) {
     this.viewer = viewer;
-    this.vector = () => new globalThis.MeshCat.THREE.Vector3();
+    this.vector = () => viewer.camera.position.clone(); // three.js itself is hidden in the viewer
     /** @type {CameraView | null} */
     this.view = null;
   }
@@ -22,10 +24,16 @@ export class Camera {
    */
   choose(view) {
     this.view = view;
-    this.viewer.camera.zoom = view.zoom;
-    this.viewer.camera.updateProjectionMatrix();
+    this.fit();
     this.viewer.controls.enabled = view.frame === "";
     this.#place(view);
+  }
+
+  /** Show as much on a narrow screen as on a wide one. */
+  fit() {
+    const { camera } = this.viewer;
+    camera.zoom = (this.view?.zoom ?? 1) * Math.min(1, camera.aspect / ASPECT);
+    camera.updateProjectionMatrix();
     this.viewer.set_dirty();
   }
 
