@@ -54,7 +54,7 @@ class Mailbox:
             if count == 0:
                 return None
             if count == int(self._header["count"][0]) and zlib.crc32(data) == checksum:
-                return np.frombuffer(data, self._dtype)[0]  # type: ignore[no-any-return]
+                return np.frombuffer(data, self._dtype)[0]
         return None
 
 
@@ -69,7 +69,7 @@ def make_memory(size: int) -> BinaryIO:
     folder = IN_MEMORY if IN_MEMORY.is_dir() else None
     file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115  # its owner closes it
     file.truncate(size)
-    return file  # type: ignore[return-value]  # it is opened in binary
+    return file
 
 
 def map_memory(descriptor: int, size: int) -> mmap.mmap:

@@ -33,7 +33,14 @@ Array = NDArray[np.float64]
 
 ROBOT, UNDELAYED, DESIRED, FORCE = "robot", "undelayed", "desired", "force"
 GHOST: Final[look.Color] = (*look.HAND[:3], 0.25)  # of the robot as it is now, in a delayed view
-TOOL_CAMERA: Final = {"eye": [-0.45, 0.0, -0.75], "target": [0.0, 0.0, 0.1], "up": [-1.0, 0.0, 0.0]}
+TOOL_CAMERA: Final[CameraView] = {
+    "name": "tool",
+    "eye": [-0.45, 0.0, -0.75],
+    "target": [0.0, 0.0, 0.1],
+    "up": [-1.0, 0.0, 0.0],
+    "zoom": 1.0,
+    "frame": f"/meshcat/{ROBOT}/tool",
+}
 
 
 class _Keeper:
@@ -120,7 +127,7 @@ class Scene:
                 for name, direction in across.items()
             ),
             _view("whole", whole_eye, whole_target),
-            {"name": "tool", "zoom": 1.0, "frame": f"/meshcat/{ROBOT}/tool", **TOOL_CAMERA},
+            TOOL_CAMERA,
         ]
 
 
