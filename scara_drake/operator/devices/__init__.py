@@ -11,6 +11,7 @@ from scara_drake.operator.devices.clock import WallClock
 from scara_drake.operator.devices.profiles import AxisMap
 from scara_drake.operator.devices.pygame_device import PygameDevice, find_joystick
 from scara_drake.operator.devices.sample import NoDeviceError, Sample, at_rest
+from scara_drake.operator.devices.scripted import ScriptedDevice
 
 
 class Device(Protocol):
@@ -117,6 +118,7 @@ __all__ = [
     "NoDeviceError",
     "PygameDevice",
     "Sample",
+    "ScriptedDevice",
     "WallClock",
     "Wanted",
     "at_rest",

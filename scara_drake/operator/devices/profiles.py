@@ -27,6 +27,7 @@ from scara_drake.vectors import (
 )
 
 MAX_INDEX = 63  # of an axis, a button or a hat: more than any joystick has
+REST_ZONE = 0.1  # of the travel: where an axis counts as let go; worn sticks rest at up to 0.08
 DOWN = 0.5  # an input from here on is a pressed button
 
 _JOYSTICK = r"axis\d{1,2}|button\d{1,2}|hat\d{1,2}_[xy]"
@@ -205,6 +206,20 @@ class Profile:
     def axis_inputs(self) -> set[str]:
         """Return the names of the inputs that move an axis."""
         return {use.input for axis in fields(self.axes) for use in getattr(self.axes, axis.name)}
+
+    def away(self, inputs: Mapping[str, float]) -> set[str]:
+        """Return the inputs that stand away from rest, of the axes that several inputs move.
+
+        A trigger of which SDL has heard nothing yet reads as if it were half pressed.
+        """
+        uses = (getattr(self.axes, axis.name) for axis in fields(self.axes))
+        return {
+            use.input
+            for several in uses
+            if len(several) > 1
+            for use in several
+            if abs(use.value(inputs.get(use.input, use.rest))) > REST_ZONE
+        }
 
     def sample(self, stamp: float, inputs: Mapping[str, float]) -> Sample:
         """Return what the inputs say at a time; one that is not there is at rest."""

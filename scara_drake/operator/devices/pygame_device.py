@@ -48,6 +48,7 @@ class PygameDevice:
         self._profile = fitting_profile(self._sdl.plugged(index), profile)
         self._profile = self._profile.changed(axes or AxisMap())
         self._open(index)
+        self._untouched = self._profile.away(self._read())
         self._last = at_rest(time.monotonic())
 
     def _open(self, index: int) -> None:
@@ -80,7 +81,16 @@ class PygameDevice:
         return not self._closed and present
 
     def inputs(self) -> dict[str, float]:
-        """Return what the inputs of the profile that it has read now."""
+        """Return what the inputs of the profile that it has read now.
+
+        Of an axis that several move, one that was away from rest at the start is left out until it
+        has been there; for axes of one input the block sees to that.
+        """
+        values = self._read()
+        self._untouched &= self._profile.away(values)
+        return {name: value for name, value in values.items() if name not in self._untouched}
+
+    def _read(self) -> dict[str, float]:
         return {name: read() for name, read in self._readers.items()}
 
     def sample(self) -> Sample:
