@@ -44,6 +44,7 @@ from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
+from scara_drake.supervision.config import Supervision
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | External | Master | JointMotion
@@ -100,6 +101,7 @@ class Scenario:
         environment: surfaces to touch.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
+        supervision: of the operator and of the robot, which then stop by themselves.
         logging: what is recorded.
     """
 
@@ -122,6 +124,7 @@ class Scenario:
     environment: Environment = field(default_factory=Environment)
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
+    supervision: Supervision | None = None
     logging: Logging = field(default_factory=Logging)
 
     def __setattr__(self, name: str, value: Any) -> None:
