@@ -58,7 +58,6 @@ class Supervisor(NamedTuple):
         was_lost: 1 from an outage on until something arrives.
         acknowledged: 1 once the operator's side knows of the fault, or stopped by itself.
         restart: 1 for the tick in which the references are put where the arm is.
-        drives_off: 1 for the tick after it, in which the controller starts afresh.
         warned: ticks for which the warning stays.
     """
 
@@ -69,7 +68,6 @@ class Supervisor(NamedTuple):
     was_lost: Cell
     acknowledged: Cell
     restart: Cell
-    drives_off: Cell
     warned: Cell
 
 
@@ -127,7 +125,7 @@ SUPERVISOR = Layout(
     command=TOOL_COMMAND.size,
     status=SUPERVISOR_STATUS.size,
     offset=TOOL_COMMAND.size,
-    **dict.fromkeys(("seen", "was_lost", "acknowledged", "restart", "drives_off", "warned"), ()),
+    **dict.fromkeys(("seen", "was_lost", "acknowledged", "restart", "warned"), ()),
 )
 ARM_CONDITION = Layout(
     ArmCondition,

@@ -88,12 +88,13 @@ def supervise(
     state_desired: Array,
     bounds: Array,
     supervisor: Array,
+    drives_engaged: Array,
 ) -> None:
     """One tick of `RobotSupervisor`, in place."""
     m, b, arm = supervisor_of(supervisor), bounds_of(bounds), arm_condition_of(arm_condition)
     status, frame = supervisor_status_of(m.status), command_frame_of(command_frame_received)
     before, faults = status.state[()], status.faults[()]
-    m.drives_off[()] = m.restart[()]
+    drives_engaged[0] = 1.0 - m.restart[()]
     m.restart[()] = 1.0 if arm.fault[()] == TRACKING else 0.0
     begins = change_state(command_frame_received, link_condition, arm_condition, bounds, supervisor)
     if begins:
@@ -126,12 +127,6 @@ def show_robot_status(supervisor: Array, robot_status: Array) -> None:
 def show_restart(supervisor: Array, references_restart: Array) -> None:
     """Write whether the references are put where the arm is (1,)."""
     references_restart[0] = supervisor_of(supervisor).restart[()]
-
-
-@njit(cache=True)
-def show_drives(supervisor: Array, drives_engaged: Array) -> None:
-    """Write whether the controller acts (1,)."""
-    drives_engaged[0] = 1.0 - supervisor_of(supervisor).drives_off[()]
 
 
 def pack_bounds(config: RobotSupervision, kinematics: InverseKinematics, period: float) -> Array:
@@ -201,12 +196,14 @@ class RobotSupervisor(Block):
                     "servo_state": Input(SERVO_STATE.size),
                     "state_desired": Input(STATE.size),
                 },
-                memory={"supervisor": Memory(memory)},
+                memory={
+                    "supervisor": Memory(memory),
+                    "drives_engaged": Memory([1.0], port=True),
+                },
                 outputs={
                     "tool_command_supervised": Output(TOOL_COMMAND.size, show_command),
                     "robot_status": Output(SUPERVISOR_STATUS.size, show_robot_status),
                     "references_restart": Output(1, show_restart),
-                    "drives_engaged": Output(1, show_drives),
                 },
                 parameters={"bounds": pack_bounds(config, kinematics, period)},
                 period=period,
