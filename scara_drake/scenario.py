@@ -43,8 +43,10 @@ from scara_drake.operator.kinesthetic import KinestheticMapping
 from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
+from scara_drake.recordings.logging_part import Logging
 from scara_drake.robot import RobotModel
 from scara_drake.supervision.config import Supervision
+from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | External | Master | JointMotion
@@ -60,17 +62,6 @@ STREAMS = ("uplink", "downlink", "encoder")
 
 class UnusedSetting(UserWarning):
     """A field was set that does nothing in this scenario."""
-
-
-@dataclass
-class Logging:
-    """What a run records.
-
-    Attributes:
-        period: from sample to sample.
-    """
-
-    period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
 @dataclass(repr=False)
@@ -99,6 +90,7 @@ class Scenario:
         drives: what real drives and sensors add.
         perturbation: forces on the joints.
         environment: surfaces to touch.
+        task: what the operator is asked to do.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
         supervision: of the operator and of the robot, which then stop by themselves.
@@ -122,6 +114,7 @@ class Scenario:
     drives: Drives = field(default_factory=Drives)
     perturbation: JointPerturbation | None = None
     environment: Environment = field(default_factory=Environment)
+    task: Task | None = None
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
     supervision: Supervision | None = None
@@ -154,6 +147,8 @@ class Scenario:
                 f"description: {checks.shown(self.description)}, allowed one line of up to 500 "
                 "characters"
             )
+        if self.task is not None:
+            self.task.check_scene("task", self.environment.names(), pipe=False)
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:

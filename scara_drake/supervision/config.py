@@ -7,6 +7,7 @@ from typing import Final
 
 from scara_drake.common import checks
 from scara_drake.common.fields import ABOVE_ZERO, choice, number, vector
+from scara_drake.operator.supervision import OperatorSupervision
 
 AFTER_OUTAGE: Final = ("engage", "resume")
 ENGAGE, RESUME = range(len(AFTER_OUTAGE))
@@ -76,7 +77,9 @@ class Supervision:
     """The supervisors of a scenario: with them it stops by itself where it has to.
 
     Attributes:
-        robot: bounds of the robot's.
+        operator: when the operator's side stops.
+        robot: bounds of the robot's side.
     """
 
+    operator: OperatorSupervision = field(default_factory=OperatorSupervision)
     robot: RobotSupervision = field(default_factory=RobotSupervision)
