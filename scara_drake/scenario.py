@@ -44,6 +44,7 @@ from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
+from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | External | Master | JointMotion
@@ -98,6 +99,7 @@ class Scenario:
         drives: what real drives and sensors add.
         perturbation: forces on the joints.
         environment: surfaces to touch.
+        task: what the operator is asked to do.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
         logging: what is recorded.
@@ -120,6 +122,7 @@ class Scenario:
     drives: Drives = field(default_factory=Drives)
     perturbation: JointPerturbation | None = None
     environment: Environment = field(default_factory=Environment)
+    task: Task | None = None
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
     logging: Logging = field(default_factory=Logging)
@@ -151,6 +154,8 @@ class Scenario:
                 f"description: {checks.shown(self.description)}, allowed one line of up to 500 "
                 "characters"
             )
+        if self.task is not None:
+            self.task.check_scene("task", self.environment.names(), pipe=False)
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:
