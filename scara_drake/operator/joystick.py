@@ -22,7 +22,8 @@ from scara_drake.vectors import device_status_of
 Array = NDArray[np.float64]
 TraceArrays: TypeAlias = tuple[ArrayLike, ArrayLike] | Trace
 
-DEVICES = ("trace", "auto", "joystick")
+LENT = "station"  # of a device that the program lends
+DEVICES = ("trace", "auto", "joystick", LENT)
 
 
 @dataclass
@@ -31,7 +32,8 @@ class Joystick:
 
     Attributes:
         device: "trace" plays a recorded CSV file, "joystick" reads a live device, and "auto" reads
-            a live device if one is plugged in, and plays the trace otherwise.
+            a live device if one is plugged in, and plays the trace otherwise. "station" is the page
+            of `scara-drake station`, which asks for it itself.
         index: of the live device, where there are several.
         axes: of the live device: which of them is which.
         trace: the CSV file, or the name of a shipped one.
@@ -54,7 +56,7 @@ class Joystick:
         Raises:
             ValueError: there is none, or something in it is wrong; names the line and the column.
         """
-        if self.device != "joystick":
+        if self.device in ("trace", "auto"):
             path = self.trace_path()
             if not path.is_file():
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
@@ -91,12 +93,22 @@ class Joystick:
         path = resource("diagrams") / self.trace
         return path.resolve() if path.is_file() else None
 
+    def lend(self, device: Device) -> None:
+        """Let runs read a device that the program has."""
+        self.device, self._lent = LENT, device
+
     def open_device(self) -> Device | None:
         """Open the live device, or return None where the trace is to be played.
 
         Raises:
-            ValueError: device is "joystick" and there is none of this index.
+            ValueError: device is "joystick" and there is none of this index, or it is "station" and
+                there is none.
         """
+        if self.device == LENT:
+            lent: Device | None = getattr(self, "_lent", None)
+            if lent is None:
+                raise ValueError(f"operator.device: {LENT}, allowed with `scara-drake station`")
+            return lent
         if self.device == "joystick":
             return PygameDevice(self.index, self.axes)
         return find_device(self.axes) if self.device == "auto" else None

@@ -36,7 +36,7 @@ from scara_drake.simulation.steppers import (
     DrakeStepper,
     compiled_stepper,
 )
-from scara_drake.wiring.show import show_robot
+from scara_drake.wiring.show import Watching, show_robot
 
 
 @runtime_checkable
@@ -121,22 +121,23 @@ def run_into(
     progress: bool = False,
     signals: DeferredInterrupt | None = None,
     engine: str = AUTO,
+    station: Watching | None = None,
 ) -> Ended:
     """Simulate a scenario into what keeps its samples; see `simulate`.
 
     With a journal memory stays flat: the samples are moved there after every block. An interrupt
     (Ctrl-C), or what else `signals` listens to, and the Stop button of the meshcat end the run
     early, cleanly. If it fails the error has a note that names the file where what was recorded is
-    kept.
+    kept. A station looks at the run, as a meshcat does.
 
     Raises:
         ValueError: a value is out of its bounds; nothing has been kept then.
         OSError: the journal cannot be written.
     """
     checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
-    seen = meshcat is not None or realtime_rate > 0.0
+    seen = meshcat is not None or station is not None or realtime_rate > 0.0
     check_engine(engine, seen)
-    diagram = make_diagram(scenario, meshcat)
+    diagram = make_diagram(scenario, meshcat, station)
     if realtime_rate > 0.0:
         _warm_up(diagram, scenario.time_step)
     with (
