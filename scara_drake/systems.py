@@ -55,6 +55,7 @@ __all__ = [
     "ObserverSlidingModeController",
     "PacketChannel",
     "PidController",
+    "PipeCutting",
     "ReferenceGovernorSystem",
     "SceneAnnotations",
     "SignalBundle",
