@@ -41,16 +41,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.scratch import scratch
+from scara_drake.cut_state import BESIDE, FREE, IN_KERF, PipeState, pipe_state_of
 from scara_drake.dynamics.spatial import Vector, cross, plus, times
-from scara_drake.environment.cut_layout import (
-    BESIDE,
-    FREE,
-    IN_KERF,
-    Cut,
-    PipeState,
-    cut_of,
-    pipe_state_of,
-)
+from scara_drake.environment.cut_layout import Cut, cut_of
 from scara_drake.environment.cut_touch import (
     NOTHING,
     Disc,
@@ -178,7 +171,7 @@ def cut_pipe(
         cut: of `PipeCut.parameters`.
         cells: share of each cell that is left (n,).
         kerf: where each cell was across the blade at its removal (n,) [m].
-        pipe_cut: the cut so far, see `PipeState`.
+        pipe_cut: the cut so far, see `cut_state.PipeState`.
         blade_force_W: receives the force on the tool [N].
         blade_effort: receives what that does at the joints [N, N m].
     """

@@ -9,6 +9,7 @@ from scara_drake.common.layout import REST, Layout
 
 Array = NDArray[np.float64]
 
+
 class Cut(NamedTuple):
     """A pipe and the blade that cuts it.
 

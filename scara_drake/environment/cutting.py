@@ -7,8 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.block import Block, Declaration, Input, Memory, Output
+from scara_drake.cut_state import PIPE_STATE
 from scara_drake.environment.cut_law import cut_pipe
-from scara_drake.environment.cut_layout import PIPE_STATE
 from scara_drake.environment.pipe import PipeCut
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ class PipeCutting(Block):
         input state (12): q, v measured [m, rad, m/s, rad/s].
         input f_surfaces_W (3) [N], effort_surfaces (6) [N, N m]: of the contact with surfaces; zero
             where not connected.
-        output pipe_cut (11): the cut so far, see `PipeState`.
+        output pipe_cut (11): the cut so far, see `cut_state.PipeState`.
         output cells (n): share of each cell that is left, ring after ring from the inside.
         output blade_force_W (3) [N]: force of the pipe on the tool.
         output f_env_on_tool_W (3) [N], generalized_force (6) [N, N m]: of surfaces and pipe.

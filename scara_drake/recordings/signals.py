@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from scara_drake.cut_state import PIPE_STATE
 from scara_drake.vectors import (
     DEVICE_STATUS,
     LIVE_SETTINGS,
-    PIPE_STATE,
     SERVO_STATE,
     SUPERVISOR_STATUS,
 )
@@ -78,7 +78,7 @@ def _settings() -> dict[str, Signal]:
 
 
 def _cut() -> dict[str, Signal]:
-    """What a recording holds of a pipe that is cut, see `vectors.PipeState`."""
+    """What a recording holds of a pipe that is cut, see `cut_state.PipeState`."""
     columns = PIPE_STATE.slices
     return {
         name: Signal("pipe_cut", columns[entry].start, (), unit, long_name, False)
@@ -207,6 +207,14 @@ SIGNALS: Final[dict[str, Signal]] = {
     **_cut(),
     "blade_force_W": Signal(
         "blade_force_W", 0, _AXIS, "N", "force of the pipe on the blade", False
+    ),
+    "bad_samples": Signal(
+        "device_status",
+        DEVICE_STATUS.slices["bad_samples"].start,
+        (),
+        "1",
+        "how many samples of the device in a row were dropped",
+        False,
     ),
     **_settings(),
     **_supervisor("operator"),
