@@ -17,8 +17,9 @@ from scara_drake.channel.links import Channel
 from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
-from scara_drake.common.resources import resource
 from scara_drake.common.schema import build, changed_yaml, yaml_of
+from scara_drake.common.shipped import find_scenario
+from scara_drake.common.shipped import scenario_names as scenario_names
 from scara_drake.common.yaml_text import read_yaml
 from scara_drake.control.contract import ControllerPart, check_controller
 from scara_drake.control.governor import ReferenceGovernor
@@ -148,7 +149,9 @@ class Scenario:
                 "characters"
             )
         if self.task is not None:
-            self.task.check_scene("task", self.environment.names(), pipe=False)
+            self.task.check_scene(
+                "task", self.environment.names(), self.environment.cut is not None
+            )
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:
@@ -203,7 +206,7 @@ def read_scenario(
     Raises:
         ValueError: as there.
     """
-    path = _find(name_or_path)
+    path = find_scenario(name_or_path)
     file = shown(path.name, quotes=False)
     try:
         data = read_yaml(path.read_text(encoding="utf-8"), file)
@@ -244,21 +247,6 @@ def parse_overrides(settings: list[str]) -> dict[str, Any]:
             raise ValueError(f"--set: {shown(setting)}, allowed KEY=VALUE")
         pairs[key] = value
     return pairs
-
-
-def scenario_names() -> list[str]:
-    """Return the names of the shipped scenarios."""
-    return sorted(path.stem for path in resource("diagrams").glob("*.yaml"))
-
-
-def _find(name_or_path: str | Path) -> Path:
-    path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml"):
-        if not path.is_file():
-            raise ValueError(f"scenario: {shown(str(path))}, allowed a YAML file that exists")
-        return path
-    checks.choice("scenario", str(name_or_path), scenario_names())
-    return resource("diagrams", f"{name_or_path}.yaml")
 
 
 def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
