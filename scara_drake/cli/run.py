@@ -22,7 +22,7 @@ from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
 from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.scenario import Scenario
-from scara_drake.simulation.run import check_engine, run_into
+from scara_drake.simulation.run import Live, check_engine, run_into
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -37,27 +37,41 @@ def run(options: argparse.Namespace, console: Console) -> int:
         OSError: a file cannot be written.
     """
     scenario, record = what_to_run(options)
-    check_output("--html", options.html, ".html")
-    check_engine(options.engine, not (options.no_meshcat and options.no_realtime))
-    if options.html and options.no_meshcat:
-        raise ValueError("--html: needs the scene, allowed without --no-meshcat")
+    _check_options(options)
     if options.html:
         options.html.parent.mkdir(parents=True, exist_ok=True)
     with recording_to(record, scenario, console) as (journal, signals):
-        meshcat = None if options.no_meshcat else _open_scene(options, scenario, console)
-        rate = 0.0 if options.no_realtime else 1.0
+        live = Live(
+            0.0 if options.no_realtime else 1.0,
+            options.realtime_priority,
+            None if options.no_meshcat else _open_scene(options, scenario, console),
+        )
         with notes_told():
-            ended = run_into(journal, scenario, rate, meshcat, True, signals, options.engine)
+            ended = run_into(journal, scenario, live, True, signals, options.engine)
             keep(journal, record)
         verdict = tell(console, scenario, ended, record, signals)
-        if meshcat is not None and options.html:
-            publish_recording(meshcat)
-            save_html(meshcat, options.html)
+        if live.meshcat is not None and options.html:
+            publish_recording(live.meshcat)
+            save_html(live.meshcat, options.html)
             console.print(f"Page: {options.html}")
     end_by_signal(signals)
-    if meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
+    if live.meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
     return 0 if verdict.good else 1
+
+
+def _check_options(options: argparse.Namespace) -> None:
+    """Check what does not go together, and where the page is to be written.
+
+    Raises:
+        ValueError: names the option and what is allowed.
+    """
+    check_output("--html", options.html, ".html")
+    check_engine(options.engine, not (options.no_meshcat and options.no_realtime))
+    if options.realtime_priority and options.no_realtime:
+        raise ValueError("--realtime-priority: for real time, allowed without --no-realtime")
+    if options.html and options.no_meshcat:
+        raise ValueError("--html: needs the scene, allowed without --no-meshcat")
 
 
 def _open_scene(options: argparse.Namespace, scenario: Scenario, console: Console) -> Meshcat:

@@ -21,7 +21,7 @@ from scara_drake.cli.recorded import (
 )
 from scara_drake.metrics import Verdict
 from scara_drake.scenario import Scenario
-from scara_drake.simulation.run import run_into
+from scara_drake.simulation.run import Live, run_into
 from scara_drake.station.place import LOOPBACK, Place
 from scara_drake.station.station import Station
 
@@ -60,7 +60,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
                 signals.raise_if_pressed()
                 time.sleep(LOOK)
             with notes_told():
-                ended = run_into(journal, scenario, REALTIME, None, True, signals, station=station)
+                live = Live(REALTIME, priority=True, station=station)
+                ended = run_into(journal, scenario, live, True, signals)
                 keep(journal, record)
             verdict = tell(console, scenario, ended, record, signals)
             station.end(verdict.good, _lines(scenario, verdict), [str(record)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
@@ -27,6 +28,7 @@ from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.pacing import Clocked, Paced, Pacing
+from scara_drake.simulation.priority import real_time_priority, undisturbed
 from scara_drake.simulation.progress import ProgressLine
 from scara_drake.simulation.steppers import (
     AUTO,
@@ -52,6 +54,29 @@ class Run(Ended):
     """What a run was, and its recording."""
 
     recording: xr.Dataset
+
+
+@dataclass(frozen=True)
+class Live:
+    """What makes a run more than a computation.
+
+    Attributes:
+        realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
+        priority: a run in real time asks the system for priority, and says what it has got.
+        meshcat: draws the run, with a Stop button.
+        station: looks at it too.
+    """
+
+    realtime_rate: float = 0.0
+    priority: bool = False
+    meshcat: Meshcat | None = None
+    station: Watching | None = None
+
+    @property
+    def seen(self) -> bool:
+        """Whether somebody looks at the run while it goes on."""
+        watched = self.meshcat is not None or self.station is not None
+        return watched or self.realtime_rate > 0.0
 
 
 def simulate(
@@ -91,7 +116,7 @@ def simulate(
         scenario.q0 = [float(q) for q in q0]
     samples = Samples()
     try:
-        run_into(samples, scenario, realtime_rate, meshcat, progress, engine=engine)
+        run_into(samples, scenario, Live(realtime_rate, meshcat=meshcat), progress, engine=engine)
     except BaseException as error:
         with suppress(OSError):  # the disk may be full: then nothing is kept
             if samples.has_samples:
@@ -116,39 +141,38 @@ def run(scenario: Scenario, engine: str = AUTO) -> Run:
 def run_into(
     keeper: Keeper,
     scenario: Scenario,
-    realtime_rate: float = 0.0,
-    meshcat: Meshcat | None = None,
+    live: Live | None = None,
     progress: bool = False,
     signals: DeferredInterrupt | None = None,
     engine: str = AUTO,
-    station: Watching | None = None,
 ) -> Ended:
     """Simulate a scenario into what keeps its samples; see `simulate`.
 
     With a journal memory stays flat: the samples are moved there after every block. An interrupt
     (Ctrl-C), or what else `signals` listens to, and the Stop button of the meshcat end the run
     early, cleanly. If it fails the error has a note that names the file where what was recorded is
-    kept. A station looks at the run, as a meshcat does.
+    kept.
 
     Raises:
         ValueError: a value is out of its bounds; nothing has been kept then.
         OSError: the journal cannot be written.
     """
-    checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
-    seen = meshcat is not None or station is not None or realtime_rate > 0.0
-    check_engine(engine, seen)
-    diagram = make_diagram(scenario, meshcat, station)
-    if realtime_rate > 0.0:
+    live = live or Live()
+    rate, meshcat = live.realtime_rate, live.meshcat
+    checks.number("realtime_rate", rate, 0.0, 100.0)
+    check_engine(engine, live.seen)
+    diagram = make_diagram(scenario, meshcat, live.station)
+    if rate > 0.0:
         _warm_up(diagram, scenario.time_step)
     with (
         StopButton(meshcat) as stop,
         OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
-        ProgressLine(scenario.name, scenario.duration, progress) as line,
+        ProgressLine(scenario.name, scenario.duration, progress, rate > 0.0) as line,
         nullcontext(signals) if signals else DeferredInterrupt() as interrupt,
         _closing(diagram),
     ):
         watch, reason = Watch(interrupt, stop, overview, line), ""
-        if engine != DRAKE and not seen:
+        if engine != DRAKE and not live.seen:
             try:
                 compiled = compiled_stepper(diagram, scenario)
                 begin(keeper, diagram, COMPILED)
@@ -158,9 +182,10 @@ def run_into(
                     raise
                 reason = str(error)
         begin(keeper, diagram, DRAKE, reason)
-        pacing = _pacing(diagram, scenario, realtime_rate)
+        pacing = _pacing(diagram, scenario, rate)
         drake = DrakeStepper(diagram, pacing)
-        ended = advance(keeper, drake, scenario, watch, pacing)
+        with _before_others(pacing, live.priority):
+            ended = advance(keeper, drake, scenario, watch, pacing)
         return replace(ended, engine=DRAKE, engine_reason=reason)
 
 
@@ -191,6 +216,20 @@ def _pacing(diagram: Diagram, scenario: Scenario, rate: float) -> Pacing | None:
     clocks = [system.clock for system in systems if isinstance(system, Clocked) and system.clock]
     paces = [system.pace for system in systems if isinstance(system, Paced)]
     return Pacing(rate, scenario.time_step, clocks, paces)
+
+
+@contextmanager
+def _before_others(pacing: Pacing | None, priority: bool) -> Iterator[None]:
+    """Keep a run in real time from being disturbed, by Python and, if wanted, by other programs."""
+    if pacing is None:
+        yield
+    elif not priority:
+        with undisturbed():
+            yield
+    else:
+        with undisturbed(), real_time_priority() as got:
+            logging.getLogger(__name__).info("Runs with %s", got)
+            yield
 
 
 @contextmanager
