@@ -41,13 +41,14 @@ from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.kinesthetic import KinestheticMapping
 from scara_drake.operator.master import Master
+from scara_drake.operator.trainee import Trainee
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
 from scara_drake.robot import RobotModel
 from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
-Operator = Joystick | External | Master | JointMotion
+Operator = Joystick | External | Trainee | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 if TYPE_CHECKING:  # from Python any controller will do; a YAML tag chooses one of these
     Controller = ControllerPart
@@ -55,7 +56,7 @@ else:
     Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
 # Systems with random numbers of their own; the order decides their seeds.
-STREAMS = ("uplink", "downlink", "encoder")
+STREAMS = ("uplink", "downlink", "encoder", "view")
 
 
 class UnusedSetting(UserWarning):
@@ -166,6 +167,8 @@ class Scenario:
         """
         if name == "inverse_kinematics":
             return self.seed
+        if name == "joystick":
+            return 2**62 + self.seed % 2**60
         checks.choice("seed_of", name, STREAMS)
         return 4 * (self.seed % 2**60) + STREAMS.index(name)
 

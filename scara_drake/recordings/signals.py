@@ -156,6 +156,9 @@ SIGNALS: Final[dict[str, Signal]] = {
     "f_estimated_W": Signal(
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
+    "p_WE_seen": Signal(
+        "tool_seen", 0, _AXIS, "m", "tool position as the scripted operator sees it", False
+    ),
     "orientation_axes": Signal(
         "orientation_axes", 0, ("rotation",), "1", "axes that turn the tool, -1 to 1", False
     ),
@@ -204,6 +207,7 @@ PRESENT: Final[dict[str, str]] = {
     "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
     "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
     "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
+    "tool_seen": "the operator is a `!Trainee`",
     "orientation_axes": "the operator is supervised",
     "operator_buttons": "the operator is supervised",
     "device_status": "the operator is supervised",
