@@ -5,7 +5,6 @@ Each part is a dataclass that lives with its subject and checks itself. A part w
 in its union here.
 """
 
-import copy
 import re
 import warnings
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from scara_drake.channel.links import Channel
 from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
+from scara_drake.common.overrides import override
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import build, changed_yaml, yaml_of
 from scara_drake.common.yaml_text import read_yaml
@@ -167,8 +167,6 @@ class Scenario:
         """
         if name == "inverse_kinematics":
             return self.seed
-        if name == "joystick":
-            return 2**62 + self.seed % 2**60
         checks.choice("seed_of", name, STREAMS)
         return 4 * (self.seed % 2**60) + STREAMS.index(name)
 
@@ -223,7 +221,7 @@ def read_scenario(
         raise ValueError(f"{file}: {type(data).__name__}, allowed a map of scenario fields")
     in_file = list(data)
     for key, value in (overrides or {}).items():
-        _override(data, key, value)
+        override(data, key, value)
     scenario = build(Scenario, data)
     scenario.name = scenario.name or re.sub(r"[^\w.,+=()-]|^\W", "_", path.stem)[:100]
     resolve_files(scenario, path.parent)
@@ -269,35 +267,3 @@ def _find(name_or_path: str | Path) -> Path:
         return path
     checks.choice("scenario", str(name_or_path), scenario_names())
     return resource("diagrams", f"{name_or_path}.yaml")
-
-
-def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
-    """Set one dotted key in the data of a YAML file, in place."""
-    if isinstance(value, str):
-        value = read_yaml(value, shown(dotted, quotes=False))
-    *parents, last = dotted.split(".")
-    place: Any = data
-    for parent in parents:
-        if isinstance(place, dict):
-            place = place.setdefault(parent, {})
-        else:
-            place = place[_entry_of(place, parent, dotted)]
-        if not isinstance(place, dict | list):
-            raise ValueError(
-                f"{shown(dotted, quotes=False)}: {shown(parent)} has no fields, allowed the path "
-                "of a field"
-            )
-    entry = last if isinstance(place, dict) else _entry_of(place, last, dotted)
-    place[entry] = copy.deepcopy(value)
-
-
-def _entry_of(place: list[Any], key: str, dotted: str) -> int:
-    """Return the index that a word of a dotted key means in a list.
-
-    Raises:
-        ValueError: it is none.
-    """
-    if not key.isdecimal() or len(key) > 6 or int(key) >= len(place):
-        allowed = f"0 to {len(place) - 1}" if place else "none: the list is empty"
-        raise ValueError(f"{shown(dotted, quotes=False)}: no entry {shown(key)}, allowed {allowed}")
-    return int(key)

@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+SEEDS: Final = 2**62  # those of the scenario's other streams are below
+
 
 def add_trainee(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
@@ -35,7 +37,7 @@ def add_trainee(
     """Add the scripted operator, his view, and what a joystick's signal passes."""
     operator: Trainee = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     plan = plan_for(scenario.task, scenario.environment)
-    source = TraineeSource(operator, plan, scenario.seed_of("joystick"))
+    source = TraineeSource(operator, plan, SEEDS + scenario.seed % SEEDS)
     joystick = builder.AddNamedSystem("joystick", source)
     signals = signals | dict(outputs(joystick))
     signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
