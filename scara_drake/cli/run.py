@@ -21,6 +21,7 @@ from scara_drake.cli.summary import print_summary
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
 from scara_drake.display.server import start_meshcat, who_reaches
+from scara_drake.metrics.scores import score_attributes
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides
@@ -112,7 +113,7 @@ def _keep(journal: Journal, record: Path) -> None:
         OSError: the recording cannot be written; the journal is kept.
     """
     try:
-        save_journal(journal.path, record)
+        save_journal(journal.path, record, score_attributes)
     except BaseException as error:
         error.add_note(f"what was recorded is in {journal.path}")
         raise
