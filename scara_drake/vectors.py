@@ -55,17 +55,19 @@ class OperatorButtons(NamedTuple):
 
 
 class DeviceStatus(NamedTuple):
-    """`device_status` (3): what the wall clock says, sampled with the device.
+    """`device_status` (4): what the wall clock says, sampled with the device.
 
     Attributes:
         connected: 1 while the device is there, else 0.
         age: since the device last spoke [s].
         lateness: of the simulation behind the clock [s].
+        bad_samples: how many in a row were dropped, as they held what is no number or out of range.
     """
 
     connected: float
     age: float
     lateness: float
+    bad_samples: float
 
 
 class LiveSettings(NamedTuple):

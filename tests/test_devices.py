@@ -16,7 +16,7 @@ from pydrake.systems.analysis import Simulator
 from virtual_pad import VirtualPad, load_sdl
 
 from scara_drake.common.fields import check
-from scara_drake.operator.devices import AxisMap, PygameDevice, find_device
+from scara_drake.operator.devices import AxisMap, PygameDevice, Sample, find_device
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
@@ -41,21 +41,21 @@ def pad() -> Iterator[VirtualPad]:
 def test_reads_axes_and_hat_of_a_flight_stick(pad: VirtualPad) -> None:
     device = PygameDevice()
     assert device.name == "Virtual Pad"
-    assert device.connected
+    assert device.sample().connected
     for index, value in enumerate((0.5, -1.0, 0.25, 0.75)):
         pad.axis(index, value)
     pad.hat(0, 1)
     # By default no axis drives the mast, so the fourth stays unread.
-    np.testing.assert_allclose(device.read(), [0.5, -1.0, 0.25, 0.0, 1.0], atol=RESOLUTION)
+    np.testing.assert_allclose(device.sample().axes, [0.5, -1.0, 0.25, 0.0, 1.0], atol=RESOLUTION)
     pad.hat(0, -1)
-    assert device.read()[4] == -1.0
+    assert device.sample().axes[4] == -1.0
 
 
 def test_lowest_raw_value_stays_within_the_unit_range(pad: VirtualPad) -> None:
     pad.axis(0, -32768 / 32767)
     device = PygameDevice()
-    device.read()
-    assert device.read()[0] == -1.0
+    device.sample()
+    assert device.sample().axes[0] == -1.0
 
 
 def test_axis_map_chooses_axes_and_missing_ones_read_zero(pad: VirtualPad) -> None:
@@ -63,7 +63,7 @@ def test_axis_map_chooses_axes_and_missing_ones_read_zero(pad: VirtualPad) -> No
     pad.axis(0, -0.5)
     pad.axis(1, 0.9)
     pad.axis(3, 0.125)
-    np.testing.assert_allclose(device.read(), [0.125, 0.0, 0.0, -0.5, 0.0], atol=RESOLUTION)
+    np.testing.assert_allclose(device.sample().axes, [0.125, 0.0, 0.0, -0.5, 0.0], atol=RESOLUTION)
 
 
 @pytest.mark.parametrize("index", [-1, 64, 1.5])
@@ -74,50 +74,49 @@ def test_axis_map_refuses_bad_indices(index: float) -> None:
 
 def test_read_returns_its_own_array(pad: VirtualPad) -> None:
     device = PygameDevice()
-    first = device.read()
+    first = device.sample().axes
     first[:] = 9.0
-    assert np.abs(device.read()).max() <= 1.0
+    assert np.abs(device.sample().axes).max() <= 1.0
 
 
 def test_unplugged_it_holds_the_last_axes_and_replugged_it_goes_on(pad: VirtualPad) -> None:
     device = PygameDevice()
     pad.axis(0, 0.5)
     pad.hat(0, 1)
-    held = device.read()
+    held = device.sample().axes
     pad.unplug()
     for _ in range(3):
-        np.testing.assert_array_equal(device.read(), held)
-    assert not device.connected
+        np.testing.assert_array_equal(device.sample().axes, held)
+    assert not device.sample().connected
     assert not device.rumble(0.5, 0.5, 100)
     pad.plug()
     pad.axis(0, -0.25)
-    device.read()
-    assert device.connected
-    np.testing.assert_allclose(device.read(), [-0.25, 0, 0, 0, 0], atol=RESOLUTION)
+    assert device.sample().connected
+    np.testing.assert_allclose(device.sample().axes, [-0.25, 0, 0, 0, 0], atol=RESOLUTION)
     assert device.rumble(0.5, 0.5, 100)
 
 
 def test_unplugged_and_back_between_two_reads(pad: VirtualPad) -> None:
     device = PygameDevice()
-    device.read()
+    device.sample()
     pad.unplug()
     pad.plug()
     pad.axis(1, 0.5)
-    device.read()
-    np.testing.assert_allclose(device.read(), [0, 0.5, 0, 0, 0], atol=RESOLUTION)
+    device.sample()
+    np.testing.assert_allclose(device.sample().axes, [0, 0.5, 0, 0, 0], atol=RESOLUTION)
 
 
 def test_another_joystick_does_not_take_the_place_of_the_lost_one(pad: VirtualPad) -> None:
     device = PygameDevice()
     pad.axis(0, 0.5)
-    held = device.read()
+    held = device.sample().axes
     pad.unplug()
-    device.read()
+    device.sample()
     other = VirtualPad("Other Stick")
     other.axis(0, -1.0)
-    np.testing.assert_array_equal(device.read(), held)
-    np.testing.assert_array_equal(device.read(), held)
-    assert not device.connected
+    np.testing.assert_array_equal(device.sample().axes, held)
+    np.testing.assert_array_equal(device.sample().axes, held)
+    assert not device.sample().connected
     other.unplug()
 
 
@@ -126,12 +125,12 @@ def test_a_twin_in_use_does_not_take_the_place_of_the_lost_one(pad: VirtualPad) 
     lost, kept = PygameDevice(0), PygameDevice(1)
     pad.axis(0, 0.5)
     twin.axis(0, -0.5)
-    held = lost.read()
-    kept.read()
+    held = lost.sample().axes
+    kept.sample()
     pad.unplug()
     newcomer = VirtualPad("Other Stick")  # makes the lost one look around
-    np.testing.assert_array_equal(lost.read(), held)
-    np.testing.assert_array_equal(lost.read(), held)
+    np.testing.assert_array_equal(lost.sample().axes, held)
+    np.testing.assert_array_equal(lost.sample().axes, held)
     twin.unplug()
     newcomer.unplug()
 
@@ -143,36 +142,32 @@ def test_an_equal_pad_that_was_there_does_not_take_the_place_of_the_lost_one(
     equal = VirtualPad()  # comes while ours is there; nobody uses it
     equal.axis(0, -0.5)
     pad.axis(0, 0.5)
-    held = device.read()
+    held = device.sample().axes
     pad.unplug()
     newcomer = VirtualPad("Other Stick")  # makes the lost one look around
     for _ in range(3):
-        np.testing.assert_array_equal(device.read(), held)
-    assert not device.connected
+        np.testing.assert_array_equal(device.sample().axes, held)
+    assert not device.sample().connected
     pad.plug()
-    device.read()
-    assert device.connected
+    assert device.sample().connected
     equal.unplug()
     newcomer.unplug()
 
 
 def test_a_short_loss_is_seen_by_one_read(pad: VirtualPad) -> None:
     device = PygameDevice()
-    device.read()
+    device.sample()
     pad.unplug()
     pad.plug()
-    device.read()
-    assert not device.connected
-    device.read()
-    assert device.connected
+    assert not device.sample().connected
+    assert device.sample().connected
 
 
 def test_any_button_counts_as_pressed(pad: VirtualPad) -> None:
     device = PygameDevice()
     for down in (False, True, False):
         pad.button(1, down)
-        device.read()
-        assert device.pressed is down
+        assert device.sample().buttons.any() == down
 
 
 def test_two_devices_both_hear_of_a_removal(pad: VirtualPad) -> None:
@@ -181,11 +176,11 @@ def test_two_devices_both_hear_of_a_removal(pad: VirtualPad) -> None:
     assert (first.name, second.name) == ("Virtual Pad", "Second Pad")
     pad.axis(0, 0.5)
     second_pad.axis(0, -0.5)
-    first.read()
+    first.sample()
     pad.unplug()
     # The second device takes the events off the queue; the first must still hold.
-    np.testing.assert_allclose(second.read()[0], -0.5, atol=RESOLUTION)
-    np.testing.assert_allclose(first.read()[0], 0.5, atol=RESOLUTION)
+    np.testing.assert_allclose(second.sample().axes[0], -0.5, atol=RESOLUTION)
+    np.testing.assert_allclose(first.sample().axes[0], 0.5, atol=RESOLUTION)
     second_pad.unplug()
 
 
@@ -194,7 +189,7 @@ def test_rumble_reaches_the_motors_and_stops_by_itself(pad: VirtualPad) -> None:
     assert device.rumble(0.25, 0.75, 20)
     assert pad.rumbles == [(16383, 49151)]
     time.sleep(0.05)
-    device.read()
+    device.sample()
     assert pad.rumbles[-1] == (0, 0)
 
 
@@ -210,14 +205,14 @@ def test_rumble_clips_and_is_false_without_motors(pad: VirtualPad) -> None:
 def test_close_stops_the_motors_and_may_be_repeated(pad: VirtualPad) -> None:
     device = PygameDevice()
     pad.axis(0, 0.5)
-    held = device.read()
+    held = device.sample().axes
     device.rumble(1.0, 1.0, 1000)
     device.close()
     device.close()
     assert pad.rumbles[-1] == (0, 0)
-    assert not device.connected
+    assert not device.sample().connected
     assert not device.rumble(1.0, 1.0, 100)
-    np.testing.assert_array_equal(device.read(), held)
+    np.testing.assert_array_equal(device.sample().axes, held)
 
 
 def test_wrong_index_lists_what_is_there(pad: VirtualPad) -> None:
@@ -244,7 +239,7 @@ def test_find_device_opens_the_first(pad: VirtualPad) -> None:
 def test_keyboard_events_stay_on_the_queue(pad: VirtualPad) -> None:
     device = PygameDevice()
     pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_a))
-    device.read()
+    device.sample()
     assert [event.key for event in pygame.event.get(pygame.KEYDOWN)] == [pygame.K_a]
 
 
@@ -268,16 +263,16 @@ def test_a_pad_lost_in_a_run_stops_the_mast_and_is_recorded(pad: VirtualPad) -> 
     scenario = load_scenario("free_motion", settings | {"duration": 0.6})
     pad.axis(3, -1.0)  # a trigger at rest
     moves = {0.1: lambda: pad.hat(0, 1), 0.3: pad.unplug}
-    read = PygameDevice.read
+    sample = PygameDevice.sample
 
-    def scripted(device: PygameDevice) -> np.ndarray:
+    def scripted(device: PygameDevice) -> Sample:
         scripted.reads += 1  # type: ignore[attr-defined]  # a counter on the function
         moves.get(round((scripted.reads - 2) * 0.01, 2), lambda: None)()  # type: ignore[attr-defined]
-        return read(device)
+        return sample(device)
 
     scripted.reads = 0  # type: ignore[attr-defined]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(PygameDevice, "read", scripted)
+        patch.setattr(PygameDevice, "sample", scripted)
         recording = simulate(scenario)
     assert recording.attrs["device"] == "Virtual Pad"
     connected = recording.device_connected.values

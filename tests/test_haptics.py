@@ -13,6 +13,7 @@ from pydrake.common.yaml import yaml_load_typed
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
+from scara_drake.operator.devices import Sample, at_rest
 from scara_drake.operator.haptics import (
     HapticMapping,
     HapticOutput,
@@ -139,14 +140,12 @@ def test_a_force_that_is_not_finite_stops_the_low_motor_without_a_burst(bad: flo
 
 class FakeDevice:
     name = "fake"
-    connected = True
-    pressed = False
 
     def __init__(self) -> None:
         self.pulses: list[tuple[float, float, int]] = []
 
-    def read(self) -> np.ndarray:
-        return np.zeros(5)
+    def sample(self) -> Sample:
+        return at_rest(0.0)
 
     def rumble(self, low: float, high: float, milliseconds: int) -> bool:
         self.pulses.append((low, high, milliseconds))

@@ -6,22 +6,22 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
+from scara_drake.operator.devices import Sample
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.vectors import STICK_NAMES
 
 
 class FakeDevice:
     name = "fake"
-    connected = True
-    pressed = False
 
     def __init__(self, samples: list[list[float]]) -> None:
         self._samples = list(samples)
         self.reads = 0
 
-    def read(self) -> np.ndarray:
+    def sample(self) -> Sample:
         self.reads += 1
-        return np.array(self._samples[min(self.reads, len(self._samples)) - 1])
+        axes = np.array(self._samples[min(self.reads, len(self._samples)) - 1])
+        return Sample(True, 0.0, axes)
 
     def rumble(self, low: float, high: float, milliseconds: int) -> bool:
         return False

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 from strategies import examples
 
+from scara_drake.operator.devices import Sample
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.live_stick import PICK_UP, REST_ZONE
+from scara_drake.vectors import BUTTON_NAMES, OPERATOR_BUTTONS
 
 PERIOD = 0.01
 POSITIONS, RATES = slice(0, 3), slice(3, 5)
@@ -30,21 +32,11 @@ class ScriptedDevice:
     def __init__(self, rows: list[tuple[bool, bool, list[float]]]) -> None:
         self.rows, self.reads = rows, 0
 
-    def read(self) -> np.ndarray:
+    def sample(self) -> Sample:
         self.reads += 1
-        return np.array(self._row[2])
-
-    @property
-    def _row(self) -> tuple[bool, bool, list[float]]:
-        return self.rows[min(self.reads, len(self.rows)) - 1]
-
-    @property
-    def connected(self) -> bool:
-        return self._row[0]
-
-    @property
-    def pressed(self) -> bool:
-        return self._row[1]
+        there, pressed, axes = self.rows[min(self.reads, len(self.rows)) - 1]
+        buttons = OPERATOR_BUTTONS.pack(**dict.fromkeys(BUTTON_NAMES, 0.0) | {"hold": pressed})
+        return Sample(there, 0.0, np.array(axes), buttons=buttons)
 
     def rumble(self, low: float, high: float, milliseconds: int) -> bool:
         return False

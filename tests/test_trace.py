@@ -4,14 +4,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from pydrake.systems.analysis import Simulator
+from strategies import examples
 
 from scara_drake.common.resources import resource
-from scara_drake.operator.joystick import Joystick
+from scara_drake.operator.joystick import Joystick, JoystickSource
 from scara_drake.operator.mapping import JoystickMapping, remove_dead_zone
 from scara_drake.operator.shipped_trace import (
     OperatorProfile,
@@ -20,9 +23,11 @@ from scara_drake.operator.shipped_trace import (
     stick_for,
     write_operator_trace,
 )
-from scara_drake.operator.trace import COLUMNS, load_trace, save_trace
+from scara_drake.operator.trace import Trace, load_operator, load_trace, save_trace
+from scara_drake.operator.trace_columns import COLUMNS, MORE_COLUMNS, SAID
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
+from scara_drake.vectors import SETTING_NAMES
 
 HEADER = "time,x,y,z,mast_axis,mast_hat\n"
 
@@ -170,6 +175,76 @@ def test_what_has_no_stick_or_too_few_of_its_samples_is_refused(tmp_path: Path) 
         with pytest.raises(ValueError, match=said):
             save_trace(recording, tmp_path / "t.csv")
     assert list(tmp_path.iterdir()) == []
+
+
+# What a device says beside its stick.
+
+
+def test_further_columns_are_read_and_missing_ones_have_their_defaults(tmp_path: Path) -> None:
+    text = "clutch," + HEADER.strip() + ",delay_up\n1,0,0,0,0,0,0,0.25\n"
+    trace = load_operator(write(tmp_path / "t.csv", text))
+    assert trace.said is not None
+    said = dict(zip(MORE_COLUMNS, trace.said[0], strict=True))
+    assert said.pop("clutch") == 1.0
+    assert said.pop("delay_up") == 0.25
+    ones = {"engage", "connected", "force_scale", "motion_scale", "gain_scale"}
+    assert said == {name: float(name in ones) for name in said}
+    assert load_operator(write(tmp_path / "s.csv", HEADER + "0,0,0,0,0,0\n")).said is None
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("engage", "2", "line 2, engage: 2, allowed 0 to 1"),
+        ("yaw", "-1.2", r"line 2, yaw: -1.2, allowed -1.05 to 1.05"),
+        ("age", "-1", "line 2, age: -1, allowed 0 to inf"),
+        ("gain_scale", "nan", "line 2, gain_scale: 'nan', allowed a finite"),
+    ],
+)
+def test_further_columns_are_checked(tmp_path: Path, column: str, value: str, message: str) -> None:
+    text = f"{HEADER.strip()},{column}\n0,0,0,0,0,0,{value}\n"
+    with pytest.raises(ValueError, match=message):
+        load_operator(write(tmp_path / "t.csv", text))
+
+
+def played(trace: Trace, duration: float) -> xr.Dataset:
+    """What a recording holds of a source: each port before the update of a tick."""
+    source = JoystickSource(trace, 0.01)
+    simulator = Simulator(source)
+    times = np.arange(round(duration / 0.01)) * 0.01
+    rows: dict[str, list[np.ndarray]] = {name: [] for name in source.declaration.memory}
+    for time in times:
+        simulator.AdvanceTo(max(time - 1e-6, 0.0))
+        for name, entries in rows.items():
+            entries.append(source.GetOutputPort(name).Eval(simulator.get_context()))
+    ports = {name: np.array(entries) for name, entries in rows.items()}
+    vectors = {
+        name: (("time", f"of_{name}"), ports[name], {"period": 0.01})
+        for name in ("joystick_axes", "orientation_axes", "operator_buttons")
+    }
+    status, settings = ports["device_status"].T, ports["live_settings"].T
+    names = ("device_connected", "device_age", "lateness", "bad_samples")
+    single = dict(zip(names, status, strict=True))
+    single |= {f"live_{name}": row for name, row in zip(SETTING_NAMES, settings, strict=True)}
+    np.testing.assert_array_equal(ports["device_connected"][:, 0], status[0])
+    return xr.Dataset(
+        vectors | {name: ("time", row) for name, row in single.items()}, coords={"time": times}
+    )
+
+
+@examples(10)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_all_that_a_device_said_is_written_and_read_to_the_bit(
+    seed: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    draws = np.random.default_rng(seed)
+    said = draws.uniform(0.0, 1.0, (12, SAID.size))
+    trace = Trace(np.arange(12) * 0.01, draws.uniform(-1.0, 1.0, (12, 5)), said)
+    first = played(trace, 0.12)
+    path = tmp_path_factory.mktemp("trace") / "t.csv"
+    save_trace(first, path)
+    assert len(pd.read_csv(path).columns) == 1 + 5 + SAID.size
+    xr.testing.assert_identical(first, played(load_operator(path), 0.12))
 
 
 # The shipped operator.

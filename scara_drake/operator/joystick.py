@@ -12,13 +12,15 @@ from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Memory
 from scara_drake.common.fields import choice, number
 from scara_drake.common.resources import resource
-from scara_drake.operator.devices import AxisMap, Device, PygameDevice, find_device
+from scara_drake.operator.devices import AxisMap, Device, PygameDevice, WallClock, find_device
 from scara_drake.operator.live_stick import LiveStick
 from scara_drake.operator.mapping import JoystickMapping, initial_command
-from scara_drake.operator.trace import CLOCK_TOLERANCE, load_trace
+from scara_drake.operator.trace import CLOCK_TOLERANCE, Trace, load_operator
+from scara_drake.operator.trace_columns import SAID, by_default, said_of
+from scara_drake.vectors import device_status_of
 
 Array = NDArray[np.float64]
-Trace: TypeAlias = tuple[ArrayLike, ArrayLike]
+TraceArrays: TypeAlias = tuple[ArrayLike, ArrayLike] | Trace
 
 DEVICES = ("trace", "auto", "joystick")
 
@@ -56,7 +58,7 @@ class Joystick:
             path = self.trace_path()
             if not path.is_file():
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
-            load_trace(path, self.trace_from_first_row)
+            load_operator(path, self.trace_from_first_row)
 
     @property
     def is_live(self) -> bool:
@@ -99,12 +101,20 @@ class Joystick:
             return PygameDevice(self.index, self.axes)
         return find_device(self.axes) if self.device == "auto" else None
 
-    def make_source(self, device: Device | None) -> "JoystickSource":
-        """Return the source that samples the device, or plays the trace where it is None."""
+    def make_source(self, device: Device | None, supervised: bool = False) -> "JoystickSource":
+        """Return the source that samples the device, or plays the trace where it is None.
+
+        Args:
+            device: opened.
+            supervised: the source has the ports of buttons and status even where the trace has no
+                columns of them; see `JoystickSource`.
+        """
         if device is not None:
             return JoystickSource(device, self.sample_period)
         path = self.trace_path()
-        trace = load_trace(path, self.trace_from_first_row)
+        trace = load_operator(path, self.trace_from_first_row)
+        if supervised and trace.said is None:
+            trace = trace._replace(said=by_default(len(trace.times)))
         return JoystickSource(trace, self.sample_period, f"trace {path.name}")
 
 
@@ -117,10 +127,40 @@ def hold_sample(sample: Array, axes: Array) -> None:
 
 
 @njit(cache=True)
+def row_at(t: float, times: Array) -> int:
+    """Return the last row of a trace that is not later than `t` [s], or its first row."""
+    row = int(np.searchsorted(times, t + CLOCK_TOLERANCE, side="right")) - 1
+    return max(row, 0)
+
+
+@njit(cache=True)
 def play_trace(t: float, times: Array, rows: Array, joystick_axes: Array) -> None:
     """Hold the last row (5,) of a trace that is not later than `t` [s], or its first row."""
-    row = int(np.searchsorted(times, t + CLOCK_TOLERANCE, side="right")) - 1
-    hold_sample(rows[max(row, 0)], joystick_axes)
+    hold_sample(rows[row_at(t, times)], joystick_axes)
+
+
+@njit(cache=True)
+def play_operator(
+    t: float,
+    times: Array,
+    rows: Array,
+    said: Array,
+    joystick_axes: Array,
+    orientation_axes: Array,
+    operator_buttons: Array,
+    device_connected: Array,
+    device_status: Array,
+    live_settings: Array,
+) -> None:
+    """Hold that row (5,) and what the device said beside its stick, the row (18,) of `said`."""
+    row = row_at(t, times)
+    hold_sample(rows[row], joystick_axes)
+    r = said_of(said[row])
+    orientation_axes[:] = r.orientation
+    operator_buttons[:] = r.buttons
+    device_connected[0] = device_status_of(r.status).connected
+    device_status[:] = r.status
+    live_settings[:] = r.settings
 
 
 class JoystickSource(Block):
@@ -128,37 +168,55 @@ class JoystickSource(Block):
 
     Ports:
         output joystick_axes (5): x, y, z, mast_axis, mast_hat, each in [-1, 1].
-        output device_connected (1): 1 while the device is there, else 0; not for a trace.
+        output orientation_axes (3): roll, pitch, yaw, each in [-1, 1].
+        output operator_buttons (6): 0 or 1, see `vectors.OperatorButtons`.
+        output device_connected (1): 1 while the device is there, else 0.
+        output device_status (4): that, its age, the lateness, and how many samples were bad.
+        output live_settings (5): what the operator changes during a run.
 
-    Update, at t = k period, with r(t) the device's axes, or the last row of the trace not later
-    than t (before its first row, that row)::
+    A trace has all but the first only if it has columns of them (`trace.load_operator`).
+
+    Update of a trace, at t = k period, with r(t) its last row not later than t (before its first
+    row, that row)::
 
         y <- clip(r(t), -1, 1)   where all of r(t) is finite; y is held otherwise
 
-    Of a device, an axis counts only once it has been where y is, and a lost one stops what moves,
-    see `take_over`. Initial: the first row of the trace, or zeros for a device. The sample of time
-    t is on the port right after t.
+    Update of a device, at t = k period: a sample with anything that is not finite, or an axis
+    beyond ±1.05, is dropped: every port holds what it had, and ``bad_samples`` counts how many were
+    so in a row, for the supervisor to judge. Of a good one, an axis counts only once it has been
+    where y is, and a lost device stops what moves, with no button down, see `live_stick`. The age
+    is that of `Sample.stamp` on the clock at the update, the lateness what the pacing of the run
+    has written into `clock`.
+
+    Initial: the first row of the trace; of a device zeros, there, and neutral settings. The sample
+    of time t is on the port right after t.
 
     Args:
-        source: a device, or the arrays times (n,) [s] and axes (n, 5) of a trace (`load_trace`).
+        source: a device, or a trace: the arrays times (n,) [s], axes (n, 5) and, if it has more,
+            those further columns (n, 18).
         period: [s].
         name: of a trace, for the recording; a device has its own.
 
     Attributes:
         device_name: what the axes come from.
+        clock: beside a device; None for a trace.
 
     Raises:
         ValueError: a trace of other shapes, or times that are not finite and increasing; a period
-            not between 0.1 ms and 1 s; at run time, a device that does not give five axes.
+            not between 0.1 ms and 1 s; at run time, a device whose sample has other shapes.
     """
 
-    def __init__(self, source: Device | Trace, period: float = 0.01, name: str = "trace") -> None:
+    def __init__(
+        self, source: Device | TraceArrays, period: float = 0.01, name: str = "trace"
+    ) -> None:
         checks.number("period", period, 1e-4, 1.0)
+        self.clock: WallClock | None = None
+        self._device: Device | None = None
         if isinstance(source, tuple):
-            declaration = _played(*_check_trace(*source), period)
-            self._device: Device | None = None
+            declaration = _played(_check_trace(*source), period)
         else:
-            declaration = LiveStick(source).declaration(period)
+            self.clock = WallClock()
+            declaration = LiveStick(source, self.clock).declaration(period)
             self._device, name = source, source.name
         super().__init__(declaration)
         self.device_name = name
@@ -169,21 +227,43 @@ class JoystickSource(Block):
             self._device.close()
 
 
-def _played(times: Array, rows: Array, period: float) -> Declaration:
-    initial = np.zeros(5)
+def _played(trace: Trace, period: float) -> Declaration:
+    times, rows, said = trace
+    initial = np.zeros(rows.shape[1])
     hold_sample(rows[0], initial)
+    axes = Memory(initial, port=True)
+    if said is None:
+        return Declaration(
+            memory={"joystick_axes": axes},
+            parameters={"times": times, "rows": rows},
+            period=period,
+            update=play_trace,
+        )
+    first = SAID.unpack(said[0])
     return Declaration(
-        memory={"joystick_axes": Memory(initial, port=True)},
-        parameters={"times": times, "rows": rows},
+        memory={
+            "joystick_axes": axes,
+            "orientation_axes": Memory(first.orientation, port=True),
+            "operator_buttons": Memory(first.buttons, port=True),
+            "device_connected": Memory(first.status[:1], port=True),
+            "device_status": Memory(first.status, port=True),
+            "live_settings": Memory(first.settings, port=True),
+        },
+        parameters={"times": times, "rows": rows, "said": said},
         period=period,
-        update=play_trace,
+        update=play_operator,
     )
 
 
-def _check_trace(times: ArrayLike, axes: ArrayLike) -> tuple[Array, Array]:
+def _check_trace(times: ArrayLike, axes: ArrayLike, said: ArrayLike | None = None) -> Trace:
     t, a = np.array(times, dtype=np.float64), np.array(axes, dtype=np.float64)
     if t.ndim != 1 or t.size == 0 or a.shape != (t.size, 5):
         raise ValueError(f"trace: shapes {t.shape} and {a.shape}, allowed (n,) and (n, 5), n > 0")
     if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
         raise ValueError("trace: times that are not finite and increasing, allowed such times only")
-    return t, a
+    if said is None:
+        return Trace(t, a)
+    more = np.array(said, dtype=np.float64)
+    if more.shape != (t.size, SAID.size) or not np.isfinite(more).all():
+        raise ValueError(f"trace: further columns {more.shape}, allowed ({t.size}, {SAID.size})")
+    return Trace(t, a, more)

@@ -27,6 +27,7 @@ from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.pacing import Clocked, Paced, Pacing
 from scara_drake.simulation.progress import ProgressLine
 from scara_drake.simulation.steppers import (
     AUTO,
@@ -164,8 +165,9 @@ def run_into(
                     raise
                 reason = str(error)
         begin(keeper, diagram, DRAKE, reason)
-        drake = DrakeStepper(diagram, realtime_rate)
-        ended = advance(keeper, drake, scenario, watch, realtime_rate)
+        pacing = _pacing(diagram, scenario, realtime_rate)
+        drake = DrakeStepper(diagram, pacing)
+        ended = advance(keeper, drake, scenario, watch, pacing)
         return replace(ended, engine=DRAKE, engine_reason=reason)
 
 
@@ -186,6 +188,16 @@ def begin(keeper: Keeper, diagram: Diagram, engine: str, reason: str = "") -> No
     notes = {"engine": engine, "engine_reason": reason}
     description["notes"] |= {name: value for name, value in notes.items() if value}
     keeper.begin(description, max(stop for _, stop in description["columns"].values()))
+
+
+def _pacing(diagram: Diagram, scenario: Scenario, rate: float) -> Pacing | None:
+    """Return what paces a run, if it is paced; it tells all systems that look at the clock."""
+    if rate <= 0.0:
+        return None
+    systems = diagram.GetSystems()
+    clocks = [system.clock for system in systems if isinstance(system, Clocked) and system.clock]
+    paces = [system.pace for system in systems if isinstance(system, Paced)]
+    return Pacing(rate, scenario.time_step, clocks, paces)
 
 
 @contextmanager

@@ -6,12 +6,9 @@ A device is not simulation state: it is read and shaken in events only, from one
 from collections.abc import Callable
 from typing import Final, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from scara_drake.operator.devices.clock import WallClock
 from scara_drake.operator.devices.pygame_device import AxisMap, PygameDevice, find_joystick
-
-Array = NDArray[np.float64]
+from scara_drake.operator.devices.sample import Sample, at_rest
 
 
 class Device(Protocol):
@@ -21,16 +18,11 @@ class Device(Protocol):
     def name(self) -> str:
         """What the device calls itself."""
 
-    def read(self) -> Array:
-        """Return the axes now, a new array (5,) in the order of STICK_NAMES, each in [-1, 1]."""
+    def sample(self) -> Sample:
+        """Return what it says now, in arrays of its own; it never waits, and never raises.
 
-    @property
-    def connected(self) -> bool:
-        """Whether it was there at the last `read`; if not, what that returned does not count."""
-
-    @property
-    def pressed(self) -> bool:
-        """Whether any of its buttons was down at the last `read`."""
+        What is no number or out of range is passed on as it is: the block drops and counts it.
+        """
 
     def rumble(self, low: float, high: float, milliseconds: int) -> bool:
         """Shake the low and high frequency motors (0..1) for a while; False if it cannot."""
@@ -49,4 +41,13 @@ def find_device(axes: AxisMap | None = None) -> Device | None:
     return next((device for device in found if device is not None), None)
 
 
-__all__ = ["FINDERS", "AxisMap", "Device", "PygameDevice", "find_device"]
+__all__ = [
+    "FINDERS",
+    "AxisMap",
+    "Device",
+    "PygameDevice",
+    "Sample",
+    "WallClock",
+    "at_rest",
+    "find_device",
+]

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 
 from scara_drake.common import checks
 from scara_drake.common.fields import check
+from scara_drake.operator.devices.sample import Sample
+from scara_drake.vectors import JOYSTICK_AXES, OPERATOR_BUTTONS
 
 Array = NDArray[np.float64]
 
@@ -105,7 +108,7 @@ class PygameDevice:
     """A joystick read by SDL through pygame.
 
     Unplugged, it holds the last axes: SDL centres a lost stick, and a centred stick is a command.
-    At least one `read` says that it is not connected. Plugged in again it goes on by itself: SDL
+    At least one `sample` says that it is not connected. Plugged in again it goes on by itself: SDL
     then gives it a new instance id, so it is known by its model, and one of the same model that was
     already there before the loss is another one.
 
@@ -126,7 +129,7 @@ class PygameDevice:
             raise ValueError(f"operator.index: {index}, allowed {there}")
         self._lost = False
         self._open(joysticks[index])
-        self._last = np.zeros(5)
+        self._last = Sample(True, time.monotonic(), np.zeros(JOYSTICK_AXES.size))
 
     def _open(self, joystick: Any) -> None:
         self._joystick: Any = joystick
@@ -147,31 +150,27 @@ class PygameDevice:
         return self._name
 
     @property
-    def connected(self) -> bool:
-        """Whether it was plugged in at the last `read`, and is not closed."""
+    def _connected(self) -> bool:
+        """Whether it was plugged in at the last `sample`, and is not closed."""
         present = not self._lost and self._instance not in self._sdl.gone
         return self._joystick is not None and present
 
-    @property
-    def pressed(self) -> bool:
-        """Whether any of its buttons was down at the last `read`."""
-        count = self._joystick.get_numbuttons() if self.connected else 0
-        return any(self._joystick.get_button(index) for index in range(count))
-
-    def read(self) -> Array:
-        """Return the axes now, a new array (5,); the last ones while it is unplugged or closed."""
+    def sample(self) -> Sample:
+        """Return what it says now; what it said last while it is unplugged or closed."""
         if self._joystick is None:
-            return self._last.copy()
+            return self._last._replace(connected=False)
         self._sdl.poll()
         if self._lost:
             self._look_for_return()
         else:
             self._lost = self._instance in self._sdl.gone
         if not self._lost:
-            self._last = self._axes_now()
+            self._last = Sample(
+                True, time.monotonic(), self._axes_now(), buttons=self._buttons_now()
+            )
             if self._arrivals != self._sdl.arrivals:
                 self._note_others()
-        return self._last.copy()
+        return self._last._replace(connected=not self._lost)
 
     def _look_for_return(self) -> None:
         if self._arrivals == self._sdl.arrivals:
@@ -196,19 +195,28 @@ class PygameDevice:
         values.append(joystick.get_hat(hat)[1] if has_hat else 0.0)
         return np.clip(np.array(values, dtype=np.float64), -1.0, 1.0)
 
+    def _buttons_now(self) -> Array:
+        count = self._joystick.get_numbuttons()
+        return np.array(
+            [
+                float(index < count and self._joystick.get_button(index))
+                for index in range(OPERATOR_BUTTONS.size)
+            ]
+        )
+
     def rumble(self, low: float, high: float, milliseconds: int) -> bool:
         """Shake the motors (0..1); False if it is unplugged, closed or has none.
 
         SDL ends the pulse when it is next polled after that time, so keep reading, or close.
         """
-        if not self.connected:
+        if not self._connected:
             return False
         low, high = (min(max(float(level), 0.0), 1.0) for level in (low, high))
         return bool(self._joystick.rumble(low, high, int(milliseconds)))
 
     def close(self) -> None:
         """Stop the motors and let go of the joystick; a second call does nothing."""
-        if self.connected:
+        if self._connected:
             self._joystick.stop_rumble()
         self._joystick = None
 

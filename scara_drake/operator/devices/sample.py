@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,15 @@ from scara_drake.vectors import (
 )
 
 Array = NDArray[np.float64]
+
+AXIS_LIMIT = 1.05  # a little beyond 1 for a stick calibrated badly; the block clips it
+# Of the arrays of a sample, by name.
+SHAPES: Final[dict[str, int]] = {
+    "axes": JOYSTICK_AXES.size,
+    "orientation": ORIENTATION_AXES.size,
+    "buttons": OPERATOR_BUTTONS.size,
+    "settings": LIVE_SETTINGS.size,
+}
 
 
 class Sample(NamedTuple):
@@ -41,3 +50,11 @@ class Sample(NamedTuple):
 def at_rest(stamp: float, connected: bool = True) -> Sample:
     """Return the sample of a device that nobody touches."""
     return Sample(connected, stamp, np.zeros(JOYSTICK_AXES.size))
+
+
+def is_good(sample: Sample) -> bool:
+    """Return whether all of a sample is finite, and its axes within `AXIS_LIMIT`."""
+    axes = np.concatenate([sample.axes, sample.orientation])
+    rest = np.concatenate([sample.buttons, sample.settings])
+    # Not "any beyond": NaN is beyond nothing.
+    return bool((np.abs(axes) <= AXIS_LIMIT).all() and np.isfinite(rest).all())
