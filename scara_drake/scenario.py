@@ -156,7 +156,9 @@ class Scenario:
                 "characters"
             )
         if self.task is not None:
-            self.task.check_scene("task", self.environment.names(), pipe=False)
+            self.task.check_scene(
+                "task", self.environment.names(), self.environment.cut is not None
+            )
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:
