@@ -70,7 +70,7 @@ def next_move(
     gone = 0.0
     for i in range(3):
         gone += (seen[i] - start[i]) * line[i]
-    ahead = min(g.stride * s.stride, max(length - gone, 0.0) + 1e-12)
+    ahead = min(g.stride * s.haste, max(length - gone, 0.0) + 1e-12)
     free = dot(g.normal, g.normal) == 0.0
     if free and g.force > 0.0:
         load = s.heed * math.sqrt(dot(felt, felt)) / g.force

@@ -92,7 +92,7 @@ def begin_move(t: float, leg: Array, person: Array, seen: Array, mind: Array) ->
     g, s, m = leg_of(leg), person_of(person), mind_of(mind)
     length = math.sqrt(dot(m.move, m.move))
     near = dot(g.normal, g.normal) > 0.0 or g.stride < 1.0
-    speed = s.near_speed if near else s.max_speed
+    speed = min(s.near_speed if near else s.max_speed, g.speed * s.haste)
     m.lasts[()] = max(PEAK * length / speed, SHORTEST)
     m.phase[()], m.since[()] = MOVING, t
     m.moves[()] += 1.0

@@ -30,6 +30,7 @@ class Leg(NamedTuple):
         tolerance: how near the tool has to be [m].
         stride: longest single move [m].
         stay: how long the tool is to stay there [s].
+        speed: at most, of a move [m/s].
     """
 
     p: Array
@@ -38,6 +39,7 @@ class Leg(NamedTuple):
     tolerance: float
     stride: float
     stay: float = 0.0
+    speed: float = 10.0
 
 
 LEG = Layout(Leg, p=3, normal=3)
@@ -61,7 +63,7 @@ class Skill:
         max_speed: of a move far from a surface.
         near_speed: of a move that presses or cuts.
         approach: of a surface: the longest move towards it once it is near.
-        stride: of the plan's longest move.
+        haste: of the moves of the plan: how much longer and faster than it has them.
         patience: of the time that moves take to be seen, as he has met it: how much of it he
             waits after a move before he makes the next; from 1 on, also until the tool rests.
         correction: of the error that he sees: how much of it a move takes off.
@@ -76,7 +78,7 @@ class Skill:
     max_speed: float = number(0.25, "m/s", 1e-3, 2.0)
     near_speed: float = number(0.05, "m/s", 1e-3, 2.0)
     approach: float = number(0.002, "m", 1e-5, 0.1)
-    stride: float = number(1.0, "1", 0.1, 10.0)
+    haste: float = number(1.0, "1", 0.1, 10.0)
     patience: float = number(1.0, "1", 0.0, 2.0)
     correction: float = number(0.95, "1", 0.1, 3.0)
     spread: float = number(0.05, "1", 0.0, 1.0)
@@ -104,7 +106,7 @@ class Person(NamedTuple):
     max_speed: float
     near_speed: float
     approach: float
-    stride: float
+    haste: float
     patience: float
     correction: float
     spread: float
@@ -128,7 +130,7 @@ SKILLS: Final[dict[str, Skill]] = {
         max_speed=0.5,
         near_speed=0.2,
         approach=0.01,
-        stride=2.5,
+        haste=2.5,
         patience=0.75,
         correction=1.1,
         spread=0.12,

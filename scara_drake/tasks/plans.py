@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scara_drake.environment.compliance import Compliance
 from scara_drake.environment.surfaces import Environment, surface_distance, surface_row
 from scara_drake.operator.skills import FREE, WHOLE, Leg, plan_of
+from scara_drake.tasks.cut_pipe import CutPipe
 from scara_drake.tasks.reach_into import ReachInto
 from scara_drake.tasks.touch_points import TouchPoints
 from scara_drake.tasks.trace_line import TraceLine
@@ -24,13 +25,17 @@ PIECE: Final = 0.05  # [m], of a line on a surface, each with its own normal
 STEP: Final = 0.015  # [m], along a line under force
 LONGER: Final = 1.2  # times as long as is asked for, to be sure of it
 NUDGE: Final = 10.0  # [N], where nothing is to be touched: back
+CLEAR: Final = 0.02  # [m], of the blade before the pipe
+BEHIND: Final = 0.008  # [m], of the blade's rim behind it
+FEED: Final = 0.003  # [m], a move into the pipe
+FEED_SPEED: Final = 0.008  # [m/s], the fastest of it
+LOAD: Final = 0.4  # of the blade's stalling load, that is fed with
 FIRM: Final = 3.0  # times the least force of a touch, to be sure of it
 
 
-def plan_for(task: Any, environment: Environment) -> Array:
-    """Return the plan (n, `LEG.size`) of a task, empty for one without a plan of its kind."""
-    legs = PLANS.get(type(task), lambda task, environment: ())
-    return plan_of(legs(task, environment))
+def plan_for(task: Any, environment: Environment, start: ArrayLike) -> Array:
+    """Return the plan (n, `LEG.size`) of a task, for a tool that starts at a point (3,) [m]."""
+    return plan_of(PLANS[type(task)](task, environment, np.asarray(start, dtype=np.float64)))
 
 
 def normal_at(surface: Compliance, p_W: ArrayLike) -> Array:
@@ -45,7 +50,7 @@ def _named(environment: Environment, name: str) -> Compliance:
     return next(surface for surface in environment.surfaces if surface.name == name)
 
 
-def _touch(task: TouchPoints, environment: Environment) -> Iterator[Leg]:
+def _touch(task: TouchPoints, environment: Environment, start: Array) -> Iterator[Leg]:
     surface = _named(environment, task.surface)
     for point in np.array(task.points):
         normal = normal_at(surface, point)
@@ -55,7 +60,7 @@ def _touch(task: TouchPoints, environment: Environment) -> Iterator[Leg]:
         yield Leg(over, FREE, 0.0, PASSING, WHOLE)
 
 
-def _trace(task: TraceLine, environment: Environment) -> Iterator[Leg]:
+def _trace(task: TraceLine, environment: Environment, start: Array) -> Iterator[Leg]:
     surface, points = _named(environment, task.surface), np.array(task.points)
     normal = normal_at(surface, points[0])
     yield Leg(points[0] + ABOVE * normal, FREE, NUDGE, PASSING, WHOLE)
@@ -69,7 +74,7 @@ def _trace(task: TraceLine, environment: Environment) -> Iterator[Leg]:
     yield Leg(points[-1] + ABOVE * normal, FREE, 0.0, PASSING, WHOLE)
 
 
-def _reach(task: ReachInto, environment: Environment) -> Iterator[Leg]:
+def _reach(task: ReachInto, environment: Environment, start: Array) -> Iterator[Leg]:
     opening, goal, outward = (np.array(each) for each in (task.opening, task.goal, task.outward))
     before = opening + 2.0 * ABOVE * outward
     # Straight in behind the opening, to the depth of the goal, and then across to it.
@@ -81,8 +86,26 @@ def _reach(task: ReachInto, environment: Environment) -> Iterator[Leg]:
     yield Leg(before, FREE, NUDGE, PASSING, WHOLE)
 
 
-PLANS: Final[dict[type, Callable[[Any, Environment], Iterator[Leg]]]] = {
+def _cut(task: CutPipe, environment: Environment, start: Array) -> Iterator[Leg]:
+    pipe = environment.cut
+    if pipe is None:  # the scenario has been checked
+        return
+    axis = np.array(pipe.direction)
+    mark = np.array(pipe.point) + task.mark * axis
+    feed = mark - start
+    feed -= (feed @ axis) * axis
+    feed /= np.linalg.norm(feed)
+    before = mark - (pipe.radius + CLEAR) * feed
+    through = mark + (pipe.radius + BEHIND) * feed
+    load = LOAD * pipe.blade.feed_ratio * pipe.blade.stall_force()
+    yield Leg(before, FREE, NUDGE, PASSING / 4.0, WHOLE)
+    yield Leg(through, FREE, load, BEHIND / 2.0, FEED, speed=FEED_SPEED)
+    yield Leg(before, FREE, 0.0, PASSING, WHOLE)
+
+
+PLANS: Final[dict[type, Callable[[Any, Environment, Array], Iterator[Leg]]]] = {
     TouchPoints: _touch,
     TraceLine: _trace,
     ReachInto: _reach,
+    CutPipe: _cut,
 }

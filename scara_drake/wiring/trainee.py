@@ -36,7 +36,7 @@ def add_trainee(
 ) -> Signals:
     """Add the scripted operator, his view, and what a joystick's signal passes."""
     operator: Trainee = scenario.operator  # type: ignore[assignment]  # the table has chosen it
-    plan = plan_for(scenario.task, scenario.environment)
+    plan = plan_for(scenario.task, scenario.environment, operator.first_command()[:3])
     source = TraineeSource(operator, plan, SEEDS + scenario.seed % SEEDS)
     joystick = builder.AddNamedSystem("joystick", source)
     signals = signals | dict(outputs(joystick))
