@@ -257,8 +257,13 @@ def parse_overrides(settings: list[str]) -> dict[str, Any]:
 
 
 def scenario_names() -> list[str]:
-    """Return the names of the shipped scenarios."""
+    """Return the names of the shipped scenarios, but for those of `training_names`."""
     return sorted(path.stem for path in resource("diagrams").glob("*.yaml"))
+
+
+def training_names() -> list[str]:
+    """Return the names of the shipped scenarios that have a task for an operator."""
+    return sorted(path.stem for path in resource("diagrams", "training").glob("*.yaml"))
 
 
 def _find(name_or_path: str | Path) -> Path:
@@ -267,5 +272,7 @@ def _find(name_or_path: str | Path) -> Path:
         if not path.is_file():
             raise ValueError(f"scenario: {shown(str(path))}, allowed a YAML file that exists")
         return path
-    checks.choice("scenario", str(name_or_path), scenario_names())
-    return resource("diagrams", f"{name_or_path}.yaml")
+    training = training_names()
+    checks.choice("scenario", str(name_or_path), [*scenario_names(), *training])
+    folder = ("diagrams", "training") if str(name_or_path) in training else ("diagrams",)
+    return resource(*folder, f"{name_or_path}.yaml")
