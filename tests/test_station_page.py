@@ -138,7 +138,9 @@ def test_a_gamepad_that_is_gone_lets_go_at_once_and_plugging_it_in_is_not_enough
     until(page, lambda: rig.axes()["y"] > 0.2)
     assert not rig.buttons()["engage"]
     page.evaluate("button(5, false)")
-    page.wait_for_function("() => document.querySelector('#engage').classList.contains('down') === false")
+    page.wait_for_function(
+        "() => document.querySelector('#engage').classList.contains('down') === false"
+    )
     page.wait_for_timeout(100)  # it has to be seen up
     page.evaluate("button(5, true)")
     until(page, lambda: rig.buttons()["engage"])
@@ -305,7 +307,9 @@ def test_it_fits_the_screen_and_shows_the_robot(
     rig: Rig, opened: Callable[..., Any], tmp_path: Any, width: int, height: int
 ) -> None:
     page = opened(width=width, height=height)
-    page.wait_for_function("() => document.getElementById('lag').textContent !== '-'")  # it was drawn
+    page.wait_for_function(
+        "() => document.getElementById('lag').textContent !== '-'"
+    )  # it was drawn
     size = page.evaluate("""() => { const root = document.documentElement;
         return [root.scrollWidth - innerWidth, root.scrollHeight - innerHeight]; }""")
     assert size[0] <= 0
