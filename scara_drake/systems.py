@@ -22,6 +22,7 @@ from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.operator.master import SimulatedMaster
+from scara_drake.operator.trainee import ToolPosition, TraineeSource
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.friction import JointFrictionSystem
@@ -81,4 +82,6 @@ __all__ = [
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
+    "ToolPosition",
+    "TraineeSource",
 ]

@@ -15,6 +15,7 @@ from rich.console import Console
 from scara_drake import metrics
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
+from scara_drake.metrics.scores import score_attributes
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides
@@ -97,7 +98,7 @@ def keep(journal: Journal, record: Path) -> None:
         OSError: the recording cannot be written; the journal is kept.
     """
     try:
-        save_journal(journal.path, record)
+        save_journal(journal.path, record, score_attributes)
     except BaseException as error:
         error.add_note(f"what was recorded is in {journal.path}")
         raise

@@ -22,6 +22,7 @@ from scara_drake.diagram import make_diagram
 from scara_drake.display.camera import show_whole
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
+from scara_drake.metrics.scores import score_attributes
 from scara_drake.recordings.recorder import metadata
 from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
@@ -124,7 +125,7 @@ def simulate(
                 samples.write(journal)
                 error.add_note(f"what was recorded is in {journal}")
         raise
-    return samples.recording()
+    return scored(samples)
 
 
 def run(scenario: Scenario, engine: str = AUTO) -> Run:
@@ -135,7 +136,14 @@ def run(scenario: Scenario, engine: str = AUTO) -> Run:
     """
     samples = Samples()
     ended = run_into(samples, scenario, engine=engine)
-    return Run(**asdict(ended), recording=samples.recording())
+    return Run(**asdict(ended), recording=scored(samples))
+
+
+def scored(samples: Samples) -> xr.Dataset:
+    """Return the recording of samples, with the score of its task where it has one."""
+    recording = samples.recording()
+    recording.attrs |= score_attributes(recording)
+    return recording
 
 
 def run_into(
