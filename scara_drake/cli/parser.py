@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+from scara_drake.cli.device_arguments import add_devices
 from scara_drake.cli.study_arguments import add_scenario, add_sweep, add_tune
 from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES
@@ -55,6 +56,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_compile,
         _add_show,
         _add_diagrams,
+        add_devices,
         _add_ik,
         add_tune,
         add_sweep,

@@ -116,6 +116,18 @@ class Sdl:
             return None
         return self._controller_reader(one.controller, name)
 
+    def inputs(self, one: Plugged) -> dict[str, float]:
+        """Return what all inputs of a joystick read, by the names of layout joystick."""
+        joystick = one.joystick
+        axes = {f"axis{k}": joystick.get_axis(k) for k in range(joystick.get_numaxes())}
+        buttons = {f"button{k}": joystick.get_button(k) for k in range(joystick.get_numbuttons())}
+        hats = {
+            f"hat{k}_{way}": value
+            for k in range(joystick.get_numhats())
+            for way, value in zip("xy", joystick.get_hat(k), strict=True)
+        }
+        return {name: float(value) for name, value in (axes | buttons | hats).items()}
+
     def _controller_reader(self, controller: Any, name: str) -> Callable[[], float] | None:
         if name not in controller.get_mapping():
             return None
