@@ -36,6 +36,7 @@ class Reason(IntEnum):
     SPIKE = 8
     CLOCK_JUMP = 9
     OVERRUN = 10
+    REPORT_LOST = 11
     # the robot's side
     COMMAND_LOST = 20
     BAD_COMMAND = 21
@@ -122,6 +123,12 @@ MEANINGS: Final[dict[Reason, Meaning]] = {
     ),
     Reason.OVERRUN: Meaning(
         _INFORM, "the simulation is behind the clock", "close viewers or other programs", "tick"
+    ),
+    Reason.REPORT_LOST: Meaning(
+        _HOLD,
+        "nothing arrives from the robot",
+        "wait for the link, then engage again",
+        "hold",
     ),
     Reason.COMMAND_LOST: Meaning(
         _HOLD, "no command arrives at the robot", "wait for the link, then engage again", "hold"

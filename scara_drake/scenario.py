@@ -43,7 +43,10 @@ from scara_drake.operator.kinesthetic import KinestheticMapping
 from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
+from scara_drake.recordings.logging_part import Logging
 from scara_drake.robot import RobotModel
+from scara_drake.supervision.config import Supervision
+from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | External | Master | JointMotion
@@ -59,17 +62,6 @@ STREAMS = ("uplink", "downlink", "encoder")
 
 class UnusedSetting(UserWarning):
     """A field was set that does nothing in this scenario."""
-
-
-@dataclass
-class Logging:
-    """What a run records.
-
-    Attributes:
-        period: from sample to sample.
-    """
-
-    period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
 @dataclass(repr=False)
@@ -98,8 +90,10 @@ class Scenario:
         drives: what real drives and sensors add.
         perturbation: forces on the joints.
         environment: surfaces to touch.
+        task: what the operator is asked to do.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
+        supervision: of the operator and of the robot, which then stop by themselves.
         logging: what is recorded.
     """
 
@@ -120,8 +114,10 @@ class Scenario:
     drives: Drives = field(default_factory=Drives)
     perturbation: JointPerturbation | None = None
     environment: Environment = field(default_factory=Environment)
+    task: Task | None = None
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
+    supervision: Supervision | None = None
     logging: Logging = field(default_factory=Logging)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -151,6 +147,8 @@ class Scenario:
                 f"description: {checks.shown(self.description)}, allowed one line of up to 500 "
                 "characters"
             )
+        if self.task is not None:
+            self.task.check_scene("task", self.environment.names(), pipe=False)
         wiring_of(self).check(self)
 
     def seed_of(self, name: str) -> int:

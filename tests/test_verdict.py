@@ -104,7 +104,7 @@ def test_a_lost_device_is_said_with_when_and_how_long(short, start, length, name
     assert verdict.good is not (to_the_end and start < 1500)
     written = StringIO()
     console = Console(file=written, width=200)
-    run = Run(2.0, 1.0, 0, "duration", recording=recording)
+    run = Run(2.0, 1.0, "duration", recording=recording)
     print_summary(console, sd.load_scenario("joint_sine"), run, verdict)
     lines = written.getvalue().splitlines()
     assert any(said in line for line in lines)

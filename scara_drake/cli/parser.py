@@ -78,6 +78,11 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
+    parser.add_argument(
+        "--realtime-priority",
+        action="store_true",
+        help="ask the system to run it before other programs (SCHED_FIFO, else nice)",
+    )
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
     parser.add_argument(
         "--engine",

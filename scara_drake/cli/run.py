@@ -45,11 +45,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         overrides["duration"] = options.duration
     scenario = load_scenario(options.scenario, overrides)
     record = options.record or Path("runs") / f"{scenario.name}.nc"
-    check_output("--record", record, ".nc")
-    check_output("--html", options.html, ".html")
-    check_engine(options.engine, not (options.no_meshcat and options.no_realtime))
-    if options.html and options.no_meshcat:
-        raise ValueError("--html: needs the scene, allowed without --no-meshcat")
+    _check_options(options, record)
     if options.html:
         options.html.parent.mkdir(parents=True, exist_ok=True)
     with (
@@ -62,7 +58,16 @@ def run(options: argparse.Namespace, console: Console) -> int:
         meshcat = None if options.no_meshcat else _open_scene(options, scenario, console)
         rate = 0.0 if options.no_realtime else 1.0
         with _notes_told():
-            ended = run_into(journal, scenario, rate, meshcat, True, signals, options.engine)
+            ended = run_into(
+                journal,
+                scenario,
+                rate,
+                meshcat,
+                True,
+                signals,
+                options.engine,
+                options.realtime_priority,
+            )
             _keep(journal, record)
         with open_recording(record) as recording:
             verdict = metrics.verdict(recording)
@@ -79,6 +84,21 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
     return 0 if verdict.good else 1
+
+
+def _check_options(options: argparse.Namespace, record: Path) -> None:
+    """Check what does not go together, and where files are to be written.
+
+    Raises:
+        ValueError: names the option and what is allowed.
+    """
+    check_output("--record", record, ".nc")
+    check_output("--html", options.html, ".html")
+    check_engine(options.engine, not (options.no_meshcat and options.no_realtime))
+    if options.realtime_priority and options.no_realtime:
+        raise ValueError("--realtime-priority: for real time, allowed without --no-realtime")
+    if options.html and options.no_meshcat:
+        raise ValueError("--html: needs the scene, allowed without --no-meshcat")
 
 
 @contextmanager

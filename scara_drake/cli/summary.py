@@ -13,6 +13,7 @@ from scara_drake import metrics
 from scara_drake.metrics import curves
 from scara_drake.metrics.links import LINKS
 from scara_drake.scenario import Scenario
+from scara_drake.simulation.pacing import Timing
 from scara_drake.simulation.run import Run
 
 Row = tuple[str, str, str]
@@ -40,8 +41,8 @@ def print_summary(
     print_first_posture(console, recording.attrs)
     if result.interrupted:
         console.print("Stopped early; what was simulated is recorded.")
-    if result.late:
-        console.print(f"Not in real time: the clock was lost {result.late} times.")
+    if result.timing is not None:
+        _say(console, timing_words(result.timing))
     for remark in verdict.remarks:
         _say(console, f"Note: {remark}")
     _say(console, f"Verdict: {verdict}")
@@ -50,6 +51,23 @@ def print_summary(
 def _say(console: Console, sentence: str) -> None:
     """Print a sentence as it is: the name of a device may be anything."""
     console.print(f"{sentence}.", highlight=False, soft_wrap=True, markup=False)
+
+
+def timing_words(timing: Timing) -> str:
+    """Say how well a run kept to the clock."""
+    strictly = timing.overruns == 0 and timing.restarts == 0
+    parts = [
+        f"{timing.late_ticks} of {timing.ticks} ticks more than 1 ms late",
+        f"p99 {1e3 * timing.p99:.2f} ms, p99.9 {1e3 * timing.p999:.2f} ms, "
+        f"worst {1e3 * timing.worst:.2f} ms",
+    ]
+    if timing.overruns:
+        parts.append(f"{timing.overruns} times slower than 0.9 for a second")
+    if timing.restarts:
+        parts.append(f"{timing.given_up:.2f} s given up in {timing.restarts} stalls")
+    if timing.pictures_dropped:
+        parts.append(f"{timing.pictures_dropped} pictures of the scene gave way")
+    return f"{'In' if strictly else 'Not in'} real time: {'; '.join(parts)}"
 
 
 def _tracking(settled: xr.Dataset) -> Iterator[Row]:

@@ -74,32 +74,69 @@ def rotation_from_rpy(rpy: ArrayLike) -> Array:
 
 def _rotation(axis: Array, angle: Array) -> Array:
     """Rotations (..., 3, 3) about a unit axis (3,) by angles (...) [rad], Rodrigues' formula."""
-    K = np.cross(np.eye(3), axis)
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     s, c = np.sin(angle)[..., None, None], np.cos(angle)[..., None, None]
     return np.eye(3) + s * K + (1.0 - c) * (K @ K)
 
 
-def link_poses(urdf: ET.Element, q: Mapping[str, Array]) -> dict[str, Array]:
-    """Pose X_WL (..., 4, 4) of every link, from the positions (...) [m, rad] of each moving joint.
+class _Joint(NamedTuple):
+    """What places a link: its parent, the joint's frame there, and how the joint moves."""
+
+    parent: str
+    X_PJ: Array  # (4, 4)
+    name: str
+    kind: str
+    axis: Array  # (3,)
+
+
+class LinkTree:
+    """Where the links of a URDF are; read once, for many postures.
 
     Raises:
         ValueError: a joint that is not fixed, prismatic, revolute or continuous.
     """
-    joints = {next(j.iter("child")).attrib["link"]: j for j in urdf.findall("joint")}
-    root = np.broadcast_to(np.eye(4), (*np.broadcast(*q.values()).shape, 4, 4))
 
-    def pose(link: str) -> Array:
-        if link not in joints:
-            return root
-        joint, X = joints[link], root.copy()
-        name, kind = joint.attrib["name"], joint.get("type")
-        axis = np.array(_numbers(joint.find("axis"), "xyz", "1 0 0"))
-        if kind == "prismatic":
-            X[..., :3, 3] = axis * q[name][..., None]
-        elif kind in ("revolute", "continuous"):
-            X[..., :3, :3] = _rotation(axis, q[name])
-        elif kind != "fixed":
-            raise ValueError(f"{name}: '{kind}', allowed fixed, prismatic, revolute, continuous")
-        return pose(next(joint.iter("parent")).attrib["link"]) @ _origin(joint) @ X
+    def __init__(self, urdf: ET.Element) -> None:
+        joints = urdf.findall("joint")
+        self._joints = {next(j.iter("child")).attrib["link"]: _joint(j) for j in joints}
+        self._links = [link.attrib["name"] for link in urdf.findall("link")]
 
-    return {name: pose(name) for name in (link.attrib["name"] for link in urdf.findall("link"))}
+    def poses(self, q: Mapping[str, Array]) -> dict[str, Array]:
+        """Pose X_WL (..., 4, 4) of every link, from the positions (...) [m, rad] of each joint."""
+        known: dict[str, Array] = {}
+        root = np.broadcast_to(np.eye(4), (*np.broadcast(*q.values()).shape, 4, 4))
+
+        def pose(link: str) -> Array:
+            if link not in known:
+                joint = self._joints.get(link)
+                known[link] = root
+                if joint is not None:
+                    known[link] = pose(joint.parent) @ joint.X_PJ @ _motion(joint, root, q)
+            return known[link]
+
+        return {link: pose(link) for link in self._links}
+
+
+def _joint(element: ET.Element) -> _Joint:
+    name, kind = element.attrib["name"], element.get("type", "")
+    if kind not in ("prismatic", "revolute", "continuous", "fixed"):
+        raise ValueError(f"{name}: '{kind}', allowed fixed, prismatic, revolute, continuous")
+    axis = np.array(_numbers(element.find("axis"), "xyz", "1 0 0"))
+    parent = next(element.iter("parent")).attrib["link"]
+    return _Joint(parent, _origin(element), name, kind, axis)
+
+
+def _motion(joint: _Joint, root: Array, q: Mapping[str, Array]) -> Array:
+    """X_JL (..., 4, 4) of the link that a joint moves."""
+    X = root.copy()
+    if joint.kind == "prismatic":
+        X[..., :3, 3] = joint.axis * q[joint.name][..., None]
+    elif joint.kind != "fixed":
+        X[..., :3, :3] = _rotation(joint.axis, q[joint.name])
+    return X
+
+
+def link_poses(urdf: ET.Element, q: Mapping[str, Array]) -> dict[str, Array]:
+    """Pose X_WL (..., 4, 4) of every link, see `LinkTree`."""
+    return LinkTree(urdf).poses(q)

@@ -84,9 +84,6 @@ class CompiledStepper:
             self._look_for_contact()
         Start(self._program.graph, self._buffers).run()
 
-    def pace(self) -> None:
-        """Do nothing: it is never paced."""
-
     def advance_to(self, time: float) -> None:
         """Advance to a time [s].
 

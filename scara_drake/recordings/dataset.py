@@ -17,6 +17,7 @@ from scara_drake.vectors import BUTTON_NAMES, ORIENTATION_NAMES, STICK_NAMES
 Array = NDArray[np.float64]
 TIME: Final = {"units": "s", "long_name": "time since the start of the run"}
 BY_DURATION: Final = "duration"
+Notes = dict[str, str | int | float]  # attributes of a recording
 Variable = tuple[tuple[str, ...], Array, dict[str, Any]]  # dims, values, attributes
 
 
@@ -25,6 +26,13 @@ FORMAT_VERSION: Final = 2
 DECIMALS: Final = 9
 # Dimensions that only a supervised operator has.
 SUPERVISED: Final = ("rotation", "button")
+
+
+def with_notes(description: dict[str, Any], notes: Notes | None) -> dict[str, Any]:
+    """Return what the recorder says of itself with further attributes of the recording."""
+    if not notes:
+        return description
+    return {**description, "notes": {**description.get("notes", {}), **notes}}
 
 
 def to_dataset(

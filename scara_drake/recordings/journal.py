@@ -12,7 +12,7 @@ move without being noticed.
 |---|---|
 | HEAD | JSON: the number of values of a sample, and what the run says of itself |
 | DATA | times (n,) and values (n, width) as 8-byte floats |
-| DONE | JSON: what ended the run, and when |
+| DONE | JSON: what ended the run, and when, and further attributes of the recording |
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from scara_drake.common.blocks import BlockWriter, whole_blocks
 from scara_drake.common.claimed_file import claim
+from scara_drake.recordings.dataset import Notes, with_notes
 
 Array = NDArray[np.float64]
 
@@ -89,9 +90,10 @@ class Journal:
             )
             self.has_samples = True
 
-    def end(self, by: str, at: float) -> None:
-        """Write what ended the run, and when [s]."""
-        self._blocks.write(DONE, json.dumps({"by": by, "at": at}).encode())
+    def end(self, by: str, at: float, notes: Notes | None = None) -> None:
+        """Write what ended the run, and when [s], and further attributes of the recording."""
+        done = {"by": by, "at": at, "notes": notes or {}}
+        self._blocks.write(DONE, json.dumps(done).encode())
 
     def remove(self) -> None:
         """Remove the file: its samples are elsewhere now."""
@@ -215,7 +217,7 @@ def survey(path: str | Path) -> Contents:
         raise refusal
     return Contents(
         path=Path(path),
-        description=head["description"],
+        description=with_notes(head["description"], done.get("notes")),
         width=head["width"],
         blocks=tuple(blocks),
         ended_by=done["by"],

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake.recordings.dataset import to_dataset
+from scara_drake.recordings.dataset import Notes, to_dataset, with_notes
 from scara_drake.recordings.journal import Journal
 
 Array = NDArray[np.float64]
@@ -35,8 +35,8 @@ class Keeper(Protocol):
     def append(self, times: Array, values: Array) -> None:
         """Keep samples at times (n,) with values (n, width), which nobody changes any more."""
 
-    def end(self, by: str, at: float) -> None:
-        """Keep what ended the run, and when [s]."""
+    def end(self, by: str, at: float, notes: Notes | None = None) -> None:
+        """Keep what ended the run, and when [s], and further attributes of the recording."""
 
 
 class Samples:
@@ -65,9 +65,10 @@ class Samples:
             self._times.append(times)
             self._values.append(values)
 
-    def end(self, by: str, at: float) -> None:
-        """Keep what ended the run, and when [s]."""
+    def end(self, by: str, at: float, notes: Notes | None = None) -> None:
+        """Keep what ended the run, and when [s], and further attributes of the recording."""
         self._end = by, at
+        self._description = with_notes(self._description, notes)
 
     def recording(self) -> xr.Dataset:
         """Return the recording."""

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 import meshcat
 import meshcat.geometry as shapes
 import numpy as np
 import xarray as xr
-from meshcat.transformations import rotation_matrix, translation_matrix
+from meshcat.transformations import translation_matrix
 from numpy.typing import NDArray
 
 from scara_drake.common.resources import resource
-from scara_drake.common.urdf import link_poses, read_visuals
+from scara_drake.common.urdf import link_poses
 from scara_drake.display import look
+from scara_drake.display.solids import add_part, add_robot, add_surfaces, corners_of, hex_of
 from scara_drake.joints import JOINT_NAMES
 from scara_drake.recordings.surfaces import Block, facing
 
@@ -40,14 +39,12 @@ def draw(viewer: meshcat.Visualizer, data: xr.Dataset, blocks: list[Block], step
     links = _link_poses(urdf, data.q_measured.values)
     tool = links["tool"][:, :3, 3]
     poses = {f"robot/{link}": X_WL for link, X_WL in links.items()}
-    for visual in read_visuals(urdf):
-        node = viewer[f"robot/{visual.link}/{visual.name}"]
-        _add(node, visual.shape, visual.size, visual.X_LV, visual.color)
+    add_robot(viewer, urdf, "robot")
     poses |= _add_ghost(viewer, urdf, data)
     poses |= _add_force(viewer, tool, np.nan_to_num(data.f_env_on_tool_W.values))
     poses |= _add_held(viewer, data)
     poses |= _add_trail(viewer, tool)
-    _add_surfaces(viewer, blocks)
+    add_surfaces(viewer, blocks)
     for path, X in poses.items():
         viewer[path].set_transform(X[0])
     _set_camera(viewer, blocks)
@@ -61,7 +58,7 @@ def _link_poses(urdf: ET.Element, q: Array) -> Poses:
 def _add_ghost(viewer: meshcat.Visualizer, urdf: ET.Element, data: xr.Dataset) -> Poses:
     """The desired tool, turned as the desired joints turn it."""
     for part in look.GHOST:
-        _add_part(viewer[f"desired/{part.name}"], part)
+        add_part(viewer[f"desired/{part.name}"], part)
     q, position = data.q_desired.values, data.p_WE_desired.values
     known = np.isfinite(position).all(axis=1) & np.isfinite(q).all(axis=1)
     rotation = _link_poses(urdf, np.nan_to_num(q))["tool"][:, :3, :3]
@@ -71,7 +68,7 @@ def _add_ghost(viewer: meshcat.Visualizer, urdf: ET.Element, data: xr.Dataset) -
 def _add_force(viewer: meshcat.Visualizer, tool: Array, force: Array) -> Poses:
     """The force (n, 3) [N] on the tool, an arrow that ends at it."""
     for part in (look.SHAFT, look.TIP):
-        _add_part(viewer[f"force/{part.name}/solid"], part, on_top=True)
+        add_part(viewer[f"force/{part.name}/solid"], part, on_top=True)
     newtons = np.linalg.norm(force, axis=1)
     R_WF = np.array([facing(f) if f.any() else np.eye(3) for f in force])
     length = look.shaft_length(newtons)
@@ -90,10 +87,10 @@ def _add_held(viewer: meshcat.Visualizer, data: xr.Dataset) -> Poses:
     if not all(name in data and np.isfinite(data[name]).all() for name in signals.values()):
         return {}
     X_WB, poses = look.at(*look.BOARD_PLACE), {}
-    _add_part(viewer["board/board"], look.BOARD._replace(X=X_WB @ look.BOARD.X))
+    add_part(viewer["board/board"], look.BOARD._replace(X=X_WB @ look.BOARD.X))
     for signal, name in signals.items():
         part, places = look.HELD[signal], look.BOARD_PLACE + look.on_board(data[name].values)
-        _add_part(viewer[f"board/{part.name}/solid"], part)
+        add_part(viewer[f"board/{part.name}/solid"], part)
         poses[f"board/{part.name}"] = _poses(places, np.ones(len(places)))
     return poses
 
@@ -106,18 +103,10 @@ def _add_trail(viewer: meshcat.Visualizer, tool: Array) -> Poses:
     for start in range(0, last, stride):
         end = min(start + stride, last)
         points = shapes.PointsGeometry((tool[start : end + 1] - tool[start]).T)
-        line = shapes.Line(points, shapes.LineBasicMaterial(color=_hex(look.MEASURED)))
+        line = shapes.Line(points, shapes.LineBasicMaterial(color=hex_of(look.MEASURED)))
         viewer[f"trail/{start}/line"].set_object(line)
         poses[f"trail/{start}"] = _poses(tool[start], np.arange(len(tool)) >= end)
     return poses
-
-
-def _add_surfaces(viewer: meshcat.Visualizer, blocks: list[Block]) -> None:
-    for index, (size, X_WB, framed) in enumerate(blocks):
-        shape = "box" if len(size) == 3 else "cylinder"
-        _add(viewer[f"surfaces/{index}/solid"], shape, size, X_WB, look.SURFACE)
-        for bar in look.edge_frame(size[:2], size[2]) if framed else ():
-            _add_part(viewer[f"surfaces/{index}/{bar.name}"], bar._replace(X=X_WB @ bar.X))
 
 
 def _poses(position: Array, scale: NDArray[Any], rotation: Array | None = None) -> Array:
@@ -128,62 +117,9 @@ def _poses(position: Array, scale: NDArray[Any], rotation: Array | None = None) 
     return X
 
 
-class _OnTop(shapes.Mesh):
-    """Drawn after all else: a surface before it, though translucent, would wash it out."""
-
-    def lower(self) -> dict[str, Any]:
-        data: dict[str, Any] = super().lower()
-        data["object"]["renderOrder"] = 1.0
-        return data
-
-
-def _add_part(node: meshcat.Visualizer, part: look.Part, on_top: bool = False) -> None:
-    _add(node, part.shape, part.size, part.X, part.color, on_top)
-
-
-def _add(
-    node: meshcat.Visualizer,
-    shape: str,
-    size: Sequence[float],
-    X: Array,
-    color: Sequence[float],
-    on_top: bool = False,
-) -> None:
-    if shape == "box":
-        solid = shapes.Box(list(size))
-    elif shape == "sphere":
-        solid = shapes.Sphere(*size)
-    else:
-        radius, length = size
-        top = 0.0 if shape == "cone" else radius
-        solid = shapes.Cylinder(length, radiusTop=top, radiusBottom=radius)
-        X = X @ rotation_matrix(np.pi / 2, [1, 0, 0])  # meshcat's cylinders lie along y
-    phong = {"color": _hex(color), "opacity": color[3]}
-    if on_top:
-        node.set_object(_OnTop(solid, shapes.MeshPhongMaterial(**phong, depthTest=False)))
-    else:
-        node.set_object(solid, shapes.MeshPhongMaterial(**phong))
-    node.set_transform(X)
-
-
-def _hex(color: Sequence[float]) -> int:
-    return int.from_bytes(bytes(round(255 * part) for part in color[:3]))
-
-
-def _corners(block: Block) -> Array:
-    """Corners (n, 3) [m] of the box around a block, of a wall those of its surface."""
-    size = np.array(block.size)
-    if size.size == 2:
-        radius, length = block.size
-        size = np.array([2 * radius, 2 * radius, length])
-    ends = (-0.5, 0.5)
-    signs = np.array([*product(ends, ends, ends[1:] if block.framed else ends)])
-    return (signs * size) @ block.X_WB[:3, :3].T + block.X_WB[:3, 3]
-
-
 def _set_camera(viewer: meshcat.Visualizer, blocks: list[Block]) -> None:
     """Put the target of the camera where it looks, the origin, and the camera before it."""
-    eye, target = look.camera(np.vstack([np.empty((0, 3)), *map(_corners, blocks)]))
+    eye, target = look.camera(np.vstack([np.empty((0, 3)), *map(corners_of, blocks)]))
     x, y, z = eye - target
     viewer.set_transform(translation_matrix(-target))
     viewer["/Grid"].set_transform(translation_matrix(-target))

@@ -13,11 +13,9 @@ from scara_drake.recordings.dataset import BY_DURATION
 from scara_drake.recordings.samples import Keeper
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.pacing import Pacing, Timing
 from scara_drake.simulation.progress import ProgressLine
 from scara_drake.simulation.steppers import Stepper
-
-# A run that is later than this behind the clock starts its pacing afresh, without a sprint.
-MAX_LAG = 0.2  # [s]
 
 
 @dataclass(frozen=True)
@@ -27,18 +25,18 @@ class Ended:
     Attributes:
         simulated: [s].
         wall: [s].
-        late: how often the pacing started afresh.
         ended_by: "duration", "interrupt" (Ctrl-C), "stop button", or "signal" and its name.
         engine: what ran it, "compiled" or "drake".
         engine_reason: why not what was asked for first; "" if it was.
+        timing: how well it kept to the clock, if it was to.
     """
 
     simulated: float
     wall: float
-    late: int
     ended_by: str
     engine: str = ""
     engine_reason: str = ""
+    timing: Timing | None = None
 
     @property
     def interrupted(self) -> bool:
@@ -68,9 +66,15 @@ class Watch:
 
 
 def advance(
-    keeper: Keeper, stepper: Stepper, scenario: Scenario, watch: Watch, realtime_rate: float = 0.0
+    keeper: Keeper,
+    stepper: Stepper,
+    scenario: Scenario,
+    watch: Watch,
+    pacing: Pacing | None = None,
 ) -> Ended:
     """Advance a run to its end, its samples into a keeper that has begun.
+
+    A pacing is that of the stepper; what it has measured is kept with the samples.
 
     If it fails the error has a note that names the file where what was recorded is kept.
 
@@ -80,23 +84,22 @@ def advance(
     with _failures_in(keeper, stepper):
         watch.interrupt.raise_if_pressed()
         stepper.begin()
-        start = paced = now = time.perf_counter()
-        ended_by, late = BY_DURATION, 0
+        start = now = time.perf_counter()
+        ended_by = BY_DURATION
         for edge in _edges(scenario, stepper.block):
             stepper.advance_to(edge)
             keeper.append(*stepper.drain())
             now = time.perf_counter()
-            if realtime_rate > 0.0 and (now - paced) - edge / realtime_rate > MAX_LAG:
-                stepper.pace()
-                paced = now - edge / realtime_rate
-                late += 1
+            if pacing is not None:
+                pacing.look(edge)
             watch.line.show(edge, edge / (now - start))
             watch.overview.follow()
             if edge < scenario.duration and (why := watch.why_end()):
                 ended_by = why
                 break
-    keeper.end(ended_by, stepper.time)
-    return Ended(stepper.time, now - start, late, ended_by)
+    timing = None if pacing is None else pacing.timing()
+    keeper.end(ended_by, stepper.time, {} if timing is None else timing.notes())
+    return Ended(stepper.time, now - start, ended_by, timing=timing)
 
 
 @contextmanager

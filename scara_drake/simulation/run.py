@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
@@ -26,6 +27,8 @@ from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.pacing import Clocked, Paced, Pacing
+from scara_drake.simulation.priority import real_time_priority, undisturbed
 from scara_drake.simulation.progress import ProgressLine
 from scara_drake.simulation.steppers import (
     AUTO,
@@ -120,13 +123,14 @@ def run_into(
     progress: bool = False,
     signals: DeferredInterrupt | None = None,
     engine: str = AUTO,
+    priority: bool = False,
 ) -> Ended:
     """Simulate a scenario into what keeps its samples; see `simulate`.
 
     With a journal memory stays flat: the samples are moved there after every block. An interrupt
     (Ctrl-C), or what else `signals` listens to, and the Stop button of the meshcat end the run
     early, cleanly. If it fails the error has a note that names the file where what was recorded is
-    kept.
+    kept. With `priority` a run in real time asks the system for it, and says what it has got.
 
     Raises:
         ValueError: a value is out of its bounds; nothing has been kept then.
@@ -141,7 +145,7 @@ def run_into(
     with (
         StopButton(meshcat) as stop,
         OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
-        ProgressLine(scenario.name, scenario.duration, progress) as line,
+        ProgressLine(scenario.name, scenario.duration, progress, realtime_rate > 0.0) as line,
         nullcontext(signals) if signals else DeferredInterrupt() as interrupt,
         _closing(diagram),
     ):
@@ -156,8 +160,10 @@ def run_into(
                     raise
                 reason = str(error)
         begin(keeper, diagram, DRAKE, reason)
-        drake = DrakeStepper(diagram, realtime_rate)
-        ended = advance(keeper, drake, scenario, watch, realtime_rate)
+        pacing = _pacing(diagram, scenario, realtime_rate)
+        drake = DrakeStepper(diagram, pacing)
+        with _before_others(pacing, priority):
+            ended = advance(keeper, drake, scenario, watch, pacing)
         return replace(ended, engine=DRAKE, engine_reason=reason)
 
 
@@ -178,6 +184,30 @@ def begin(keeper: Keeper, diagram: Diagram, engine: str, reason: str = "") -> No
     notes = {"engine": engine, "engine_reason": reason}
     description["notes"] |= {name: value for name, value in notes.items() if value}
     keeper.begin(description, max(stop for _, stop in description["columns"].values()))
+
+
+def _pacing(diagram: Diagram, scenario: Scenario, rate: float) -> Pacing | None:
+    """Return what paces a run, if it is paced; it tells all systems that look at the clock."""
+    if rate <= 0.0:
+        return None
+    systems = diagram.GetSystems()
+    clocks = [system.clock for system in systems if isinstance(system, Clocked) and system.clock]
+    paces = [system.pace for system in systems if isinstance(system, Paced)]
+    return Pacing(rate, scenario.time_step, clocks, paces)
+
+
+@contextmanager
+def _before_others(pacing: Pacing | None, priority: bool) -> Iterator[None]:
+    """Keep a run in real time from being disturbed, by Python and, if wanted, by other programs."""
+    if pacing is None:
+        yield
+    elif not priority:
+        with undisturbed():
+            yield
+    else:
+        with undisturbed(), real_time_priority() as got:
+            logging.getLogger(__name__).info("Runs with %s", got)
+            yield
 
 
 @contextmanager

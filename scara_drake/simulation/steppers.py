@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from functools import cache
 from pathlib import Path
 from typing import Final, Protocol
@@ -9,7 +10,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram
+from pydrake.systems.framework import Context, Diagram
 
 import scara_drake
 from scara_drake.common.finite import naming_nan
@@ -18,6 +19,7 @@ from scara_drake.engine.errors import NotCompilableError
 from scara_drake.engine.stepper import CompiledStepper
 from scara_drake.recordings.recorder import drain
 from scara_drake.scenario import Scenario
+from scara_drake.simulation.pacing import Pacing
 
 Array = NDArray[np.float64]
 
@@ -41,9 +43,6 @@ class Stepper(Protocol):
     def begin(self) -> None:
         """Do what happens at t = 0."""
 
-    def pace(self) -> None:
-        """Begin the pacing by the clock anew, if there is one."""
-
     def advance_to(self, time: float) -> None:
         """Advance to a time [s]."""
 
@@ -56,15 +55,15 @@ class DrakeStepper:
 
     Args:
         diagram: of `make_diagram`.
-        realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
+        pacing: by the clock; None for as fast as it goes.
     """
 
     block = 0.1  # [s]
 
-    def __init__(self, diagram: Diagram, realtime_rate: float = 0.0) -> None:
+    def __init__(self, diagram: Diagram, pacing: Pacing | None = None) -> None:
         self._diagram, self._simulator = diagram, Simulator(diagram)
         self._context = self._simulator.get_mutable_context()
-        self._simulator.set_target_realtime_rate(realtime_rate)
+        self._pacing = pacing
 
     @property
     def time(self) -> float:
@@ -75,11 +74,20 @@ class DrakeStepper:
         """Do what happens at t = 0, and begin the pacing."""
         with naming_nan(self._diagram, self._context):
             self._simulator.Initialize()
-        self.pace()
+        if self._pacing is not None:
+            self._pace(self._pacing)
 
-    def pace(self) -> None:
-        """Begin the pacing anew."""
+    def _pace(self, pacing: Pacing) -> None:
+        simulator = weakref.proxy(self._simulator)  # it holds the monitor: neither could be freed
+
+        def monitor(context: Context) -> None:
+            if pacing.tick(context.get_time()):
+                simulator.ResetStatistics()
+
+        self._simulator.set_target_realtime_rate(pacing.rate)
+        self._simulator.set_monitor(monitor)
         self._simulator.ResetStatistics()
+        pacing.begin(self.time)
 
     def advance_to(self, time: float) -> None:
         """Advance to a time [s].

@@ -1,0 +1,88 @@
+"""What the station shows of a run, left for its server."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context, LeafSystem
+
+from scara_drake.environment import Surface
+from scara_drake.station.mailbox import Mailbox
+from scara_drake.station.records import MAX_SURFACES, MAX_TASK, SIGNALS, empty_frame
+
+PERIOD = 0.033  # [s]
+OFFSET = (
+    1e-3  # a publish event sees the state before an update of its own time: come just after [s]
+)
+
+
+class Pace(NamedTuple):
+    """How a run keeps up with the clock.
+
+    Attributes:
+        lateness: now [s].
+        late_ticks: so far.
+        p99: of the lateness [s].
+    """
+
+    lateness: float
+    late_ticks: int
+    p99: float
+
+
+class StationFeed(LeafSystem):
+    """Leaves a frame for the station's server; it never waits for it.
+
+    Input ports (each may stay unconnected): `records.SIGNALS`.
+    Publish (every PERIOD): the values of the ports, the time, where the surfaces that move are, how
+    the run keeps up with the clock, and a line about the task.
+
+    Args:
+        mailbox: of frames.
+        surfaces: those that are drawn, in their order.
+        pace: of the run, where it is known.
+        task: the line, where there is one.
+    """
+
+    __slots__ = ()  # so that it can be freed, see `Collectable`
+
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        surfaces: Sequence[Surface] = (),
+        pace: Callable[[], Pace] | None = None,
+        task: Callable[[Context], str] | None = None,
+    ) -> None:
+        super().__init__()
+        self._mailbox, self._pace, self._task = mailbox, pace, task
+        self._moving = [
+            (index, surface)
+            for index, surface in enumerate(surfaces[:MAX_SURFACES])
+            if surface.motion is not None
+        ]
+        self._ports = [self.DeclareVectorInputPort(name, size) for name, size in SIGNALS.items()]
+        self.DeclareInitializationPublishEvent(self._leave)
+        self.DeclarePeriodicPublishEvent(PERIOD, OFFSET, self._leave)
+
+    def _leave(self, context: Context) -> None:
+        frame, t = empty_frame(), context.get_time()
+        for port in self._ports:
+            if port.HasValue(context):
+                frame[port.get_name()] = port.Eval(context)
+        for index, surface in self._moving:
+            frame["surfaces"][index] = moved(surface, t)
+        if self._pace is not None:
+            frame["lateness"], frame["late_ticks"], frame["p99"] = self._pace()
+        if self._task is not None:
+            frame["task"] = self._task(context).encode()[:MAX_TASK]
+        frame["t"], frame["wall"] = t, time.monotonic()
+        self._mailbox.write(frame)
+
+
+def moved(surface: Surface, t: float) -> NDArray[np.float64]:
+    """Return how far (3,) [m] a surface is at `t` [s] from where it is at rest."""
+    return np.asarray(surface.pose_at(t).translation() - surface.pose().translation())

@@ -1,0 +1,96 @@
+/**
+ * The websocket to the server: what it says, that it is silent, and that it comes back.
+ *
+ * After a loss it connects again by itself; nobody takes control or engages by itself.
+ */
+
+const FIRST_WAIT = 500; // before it connects again [ms]
+const LONGEST_WAIT = 8000;
+const SILENT = 1000; // without a message [ms]
+const REASONS = {
+  4400: "the server did not understand this page: reload it",
+  4408: "this page was too slow for the server",
+  4429: "too many pages are open",
+};
+
+export class Connection extends EventTarget {
+  /**
+   * Events: each `type` of the server's messages, with the message as `detail`; "picture" with an
+   * ArrayBuffer; "open"; "lost" with words; "silent" with true or false.
+   */
+  constructor() {
+    super();
+    /** @type {WebSocket | null} */
+    this.socket = null;
+    this.wait = FIRST_WAIT;
+    this.heard = 0;
+    this.silent = false;
+    this.over = false; // the run has ended: there is nothing to come back to
+    setInterval(() => this.#watch(), 200);
+  }
+
+  open() {
+    const address = new URL("ws", document.baseURI);
+    address.protocol = address.protocol.replace("http", "ws");
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.wait = FIRST_WAIT;
+      this.heard = performance.now();
+      this.#tell("open");
+    };
+    socket.onmessage = (message) => this.#receive(message.data);
+    socket.onclose = (closed) => this.#lose(closed.code);
+    this.socket = socket;
+  }
+
+  get online() {
+    return this.socket?.readyState === WebSocket.OPEN;
+  }
+
+  /**
+   * Say something, if anybody listens.
+   * @param {object} message
+   */
+  send(message) {
+    if (this.online) this.socket?.send(JSON.stringify(message));
+  }
+
+  /** @param {string | ArrayBuffer} data */
+  #receive(data) {
+    this.heard = performance.now();
+    if (typeof data !== "string") {
+      this.#tell("picture", data);
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.type === "ended") this.over = true;
+    this.#tell(message.type, message);
+  }
+
+  /** @param {number} code */
+  #lose(code) {
+    this.socket = null;
+    const wait = this.wait;
+    this.wait = Math.min(2 * this.wait, LONGEST_WAIT);
+    if (!this.over) setTimeout(() => this.open(), wait);
+    const next = this.over ? "the run is over" : `connecting again in ${(wait / 1000).toFixed(1)} s`;
+    this.#tell("lost", REASONS[code] ? `${REASONS[code]}; ${next}` : next);
+  }
+
+  #watch() {
+    const silent = this.online && performance.now() - this.heard > SILENT;
+    if (silent !== this.silent) {
+      this.silent = silent;
+      this.#tell("silent", silent);
+    }
+  }
+
+  /**
+   * @param {string} type
+   * @param {unknown} [detail]
+   */
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}
