@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, Final, NamedTuple
 
-from scara_drake.operator.devices.profiles import CONTROLLER_AXES
+from scara_drake.operator.devices.inputs import CONTROLLER_AXES
 from scara_drake.operator.devices.sample import NoDeviceError
 
 FULL = 32767  # of an axis of SDL's game controllers
