@@ -8,9 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from scara_drake.common import checks
 from scara_drake.common.files import write_whole
@@ -48,8 +49,8 @@ def run(options: argparse.Namespace, console: Console) -> None:
 
 def _list(console: Console) -> None:
     table = Table()
-    for column in ("index", "name", "operator.device", "profile", "rumble", "GUID"):
-        table.add_column(column, overflow="fold")
+    for column in ("index", "name", "device", "profile", "rumble", "GUID"):
+        table.add_column(column, overflow="fold", no_wrap=column not in ("name", "GUID"))
     try:
         system = sdl()
         system.poll()
@@ -105,8 +106,9 @@ def _watch(options: argparse.Namespace, console: Console) -> None:
         device.close()
 
 
-def _picture(name: str, sample: Sample) -> Table:
-    table = Table(title=name if sample.connected else f"{name}: unplugged", title_justify="left")
+def _picture(name: str, sample: Sample) -> Group:
+    title = Text(name if sample.connected else f"{name}: unplugged")
+    table = Table()
     for column in ("axis", "", "value"):
         table.add_column(column)
     for axis, value in zip(
@@ -116,7 +118,7 @@ def _picture(name: str, sample: Sample) -> Table:
     down = operator_buttons_of(sample.buttons)._asdict()
     pressed = [button for button in BUTTON_NAMES if down[button]]
     table.add_row("buttons", ", ".join(pressed) or "-", "")
-    return table
+    return Group(title, table)
 
 
 def _bar(value: float) -> str:
