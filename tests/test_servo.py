@@ -187,7 +187,7 @@ def test_a_command_that_leads_back_moves_the_arm_again():
 
 @pytest.mark.parametrize(("joints_", "least"), [("arm", 18), ("full", 20)])
 def test_nearly_every_posture_comes_back_from_where_it_was_held(joints_, least):
-    """20 random postures, sent 2 m away and called back; some start beyond the reach that is kept."""
+    """20 random postures, sent 2 m away and called back; some start out of reach."""
     rng = np.random.default_rng(1)
     back, held = 0, 0
     low, high = np.array(joints.LOWER), np.array(joints.UPPER)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 
@@ -23,6 +24,9 @@ from scara_drake.simulation.advance import Ended
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
 from scara_drake.simulation.run import Run
 from scara_drake.stability.foresee import foresee
+
+FAILED_RUN: Final = 1
+ARM_LOST: Final = 3
 
 
 def what_to_run(options: argparse.Namespace) -> tuple[Scenario, Path]:
@@ -66,6 +70,16 @@ def tell(
             print_summary(console, scenario, result, verdict)
             console.print(f"Recording: {record}")
     return verdict
+
+
+def status_of(verdict: metrics.Verdict) -> int:
+    """Return the exit status: 0 where the arm did what it was told, 3 where it was lost, else 1.
+
+    Lost is also an arm that ended in a fault or an emergency stop, or without its command.
+    """
+    if verdict.good:
+        return 0
+    return ARM_LOST if verdict.lost else FAILED_RUN
 
 
 def end_by_signal(signals: DeferredInterrupt) -> None:

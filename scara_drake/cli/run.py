@@ -15,6 +15,7 @@ from scara_drake.cli.recorded import (
     keep,
     notes_told,
     recording_to,
+    status_of,
     tell,
     what_to_run,
 )
@@ -29,7 +30,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     """Simulate a scenario, draw it, write its recording and its page, and print the summary.
 
     Returns:
-        The exit status: 0 where the arm did what it was told, 1 where not, see `metrics.verdict`.
+        The exit status, see `recorded.status_of`.
 
     Raises:
         ValueError: bad input; one line.
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     end_by_signal(signals)
     if live.meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
-    return 0 if verdict.good else 1
+    return status_of(verdict)
 
 
 def _check_options(options: argparse.Namespace) -> None:

@@ -16,6 +16,7 @@ from scara_drake.cli.recorded import (
     keep,
     notes_told,
     recording_to,
+    status_of,
     tell,
     what_to_run,
 )
@@ -68,7 +69,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
         finally:
             station.close()
     end_by_signal(signals)
-    return 0 if verdict.good else 1
+    return status_of(verdict)
 
 
 def _say_where(console: Console, station: Station, place: Place, quiet: bool) -> None:
