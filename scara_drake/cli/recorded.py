@@ -17,8 +17,10 @@ from scara_drake import metrics
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.metrics.scores import score_attributes
+from scara_drake.recordings.black_box import BlackBox
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
+from scara_drake.recordings.samples import Keeper
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides
 from scara_drake.simulation.advance import Ended
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
@@ -70,6 +72,20 @@ def tell(
             print_summary(console, scenario, result, verdict)
             console.print(f"Recording: {record}")
     return verdict
+
+
+def tell_faults(console: Console, keeper: Keeper, record: Path) -> None:
+    """Write the seconds before each fault of a supervised run, and say where.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    if not isinstance(keeper, BlackBox):
+        return
+    for path in keeper.write(record):
+        console.print(f"Before a fault: {path}")
+    if keeper.missed:
+        console.print(f"{keeper.missed} faults more, of which only the recording tells.")
 
 
 def status_of(verdict: metrics.Verdict) -> int:
