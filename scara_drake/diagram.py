@@ -20,8 +20,10 @@ from scara_drake.wiring import Signals
 from scara_drake.wiring.control import add_control, add_drives, add_forces
 from scara_drake.wiring.operators import add_operator, start_answer, start_posture
 from scara_drake.wiring.plant import add_plant
+from scara_drake.wiring.robot import add_watch_over_efforts
 from scara_drake.wiring.show import add_export, add_scene
 
+PARTS = (add_plant, add_operator, add_control, add_watch_over_efforts, add_drives, add_forces)
 __all__ = ["make_diagram", "start_posture"]
 
 
@@ -38,7 +40,7 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     builder, answer = DiagramBuilder(), start_answer(scenario)
     q_start = start_posture(scenario) if answer is None else answer.q
     signals: Signals = {}
-    for add in (add_plant, add_operator, add_control, add_drives, add_forces):
+    for add in PARTS:
         signals = add(builder, scenario, q_start, signals)
     add_export(builder, scenario, answer, signals)
     if meshcat is not None:

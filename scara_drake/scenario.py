@@ -43,7 +43,9 @@ from scara_drake.operator.kinesthetic import KinestheticMapping
 from scara_drake.operator.master import Master
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
+from scara_drake.recordings.logging_part import Logging
 from scara_drake.robot import RobotModel
+from scara_drake.supervision.config import Supervision
 from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
@@ -60,17 +62,6 @@ STREAMS = ("uplink", "downlink", "encoder")
 
 class UnusedSetting(UserWarning):
     """A field was set that does nothing in this scenario."""
-
-
-@dataclass
-class Logging:
-    """What a run records.
-
-    Attributes:
-        period: from sample to sample.
-    """
-
-    period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
 @dataclass(repr=False)
@@ -102,6 +93,7 @@ class Scenario:
         task: what the operator is asked to do.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
+        supervision: of the operator and of the robot, which then stop by themselves.
         logging: what is recorded.
     """
 
@@ -125,6 +117,7 @@ class Scenario:
     task: Task | None = None
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
+    supervision: Supervision | None = None
     logging: Logging = field(default_factory=Logging)
 
     def __setattr__(self, name: str, value: Any) -> None:

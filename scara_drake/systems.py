@@ -29,9 +29,23 @@ from scara_drake.plant.joint_forces import JointForces
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer
+from scara_drake.supervision.arm_watch import ArmWatch
+from scara_drake.supervision.energy import ChannelEnergy
+from scara_drake.supervision.frames import (
+    CommandFramePacker,
+    CommandFrameSplitter,
+    RobotReportPacker,
+    RobotReportSplitter,
+)
+from scara_drake.supervision.link_watch import LinkWatch
+from scara_drake.supervision.robot import RobotSupervisor
 
 __all__ = [
     "ActuatorLagSystem",
+    "ArmWatch",
+    "ChannelEnergy",
+    "CommandFramePacker",
+    "CommandFrameSplitter",
     "CommandWatchSystem",
     "ContactForceEstimator",
     "ContinuousLayer",
@@ -51,11 +65,15 @@ __all__ = [
     "JoystickSource",
     "JoystickToPose",
     "KinestheticOutput",
+    "LinkWatch",
     "MasterEnd",
     "ObserverSlidingModeController",
     "PacketChannel",
     "PidController",
     "ReferenceGovernorSystem",
+    "RobotReportPacker",
+    "RobotReportSplitter",
+    "RobotSupervisor",
     "SceneAnnotations",
     "SignalBundle",
     "SignalDelay",
