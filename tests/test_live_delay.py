@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
+from engines import FREE, both, differences
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
@@ -13,7 +15,9 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Leaf
 from pydrake.systems.primitives import LogVectorOutput
 from strategies import examples
 
+import scara_drake as sd
 from scara_drake.channel.live_delay import LONGEST_LIVE, LiveDelay
+from scara_drake.common.resources import resource
 from scara_drake.vectors import LIVE_SETTINGS, NEUTRAL_SETTINGS
 
 H = 1e-3
@@ -36,6 +40,8 @@ def stepped(wanted: list[float], store_first: bool, link: str = "up") -> tuple[n
     live, archived = (
         np.array(memory.initial) for memory in (is_.memory["live"], is_.archive["archived"])
     )
+    assert is_.store is not None
+    assert is_.update is not None
     received, delays, delay_live = np.empty((len(wanted), 2)), np.empty(len(wanted)), np.zeros(1)
     for tick, delay in enumerate(wanted):
         is_.outputs["signal_delayed"].kernel(sent(tick), p["recent"], live, received[tick])
@@ -94,6 +100,7 @@ def test_the_other_direction_s_setting_and_bad_ones_change_nothing() -> None:
     _, delays = stepped([100.0] * 4500, True)
     assert delays.max() == pytest.approx(LONGEST_LIVE)
     is_ = LiveDelay(INITIAL, H, "down").declaration
+    assert is_.update is not None
     live, delay = np.array(is_.memory["live"].initial), np.zeros(1)
     for tick in range(50):
         is_.update(
@@ -138,3 +145,20 @@ def test_in_a_diagram_it_delays_as_told_and_not_where_nothing_is_told(connected:
     np.testing.assert_array_equal(received.T, expected(delays[0]))
     assert delays.max() == pytest.approx(0.2 if connected else 0.0)
     assert delays[0, -1] == 0.0
+
+
+def test_a_supervised_run_has_the_operator_s_delays_and_gains_in_both_engines(tmp_path) -> None:
+    plain = pd.read_csv(resource("diagrams") / "operator_trace.csv")
+    trace, time = tmp_path / "settings.csv", plain.time
+    plain = plain.assign(
+        delay_up=np.where((time > 0.05) & (time < 0.3), 0.1, 0.0),
+        delay_down=np.where((time > 0.1) & (time < 0.3), 0.05, 0.0),
+        gain_scale=np.where(time > 0.2, 0.4, 1.0),
+    )
+    plain[time < 1.0].to_csv(trace, index=False)
+    changes = {"duration": 0.7, "operator.trace": str(trace), "supervision": "{}"}
+    compiled, drake = both(sd.load_scenario("teleoperation", changes))
+    assert max(differences(compiled, drake).values()) < FREE
+    for name, link, live in (("delay_up", 0.05, 0.1), ("delay_down", 0.05, 0.05)):
+        np.testing.assert_allclose(drake[name][[0, -1]], link)
+        np.testing.assert_allclose(drake[name].max(), link + live)

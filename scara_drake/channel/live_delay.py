@@ -88,6 +88,12 @@ def live_delay_output(signal_sent: Array, recent: int, live: Array, signal_delay
 
 
 @njit(cache=True)
+def delay_in_all(delay_sent: Array, delay_live: Array, delay: Array) -> None:
+    """Write the delay of the link and the live one together, (1,) [s]."""
+    delay[0] = delay_sent[0] + delay_live[0]
+
+
+@njit(cache=True)
 def live_delay_store(recent: int, size: int, live: Array, archived: Array) -> None:
     """Store of `LiveDelay`: what has come goes into the archive, what is about to be read out.
 
@@ -115,8 +121,10 @@ class LiveDelay(Block):
         input signal_sent (n).
         input live_settings (5): its `delay_up`, or `delay_down`, is the delay that is wanted, 0 to
             2 s [s]; nothing is wanted where the port is not connected.
+        input delay_sent (1): of the link before this one [s]; zero where it is not connected.
         output delay_live (1): the delay in use [s].
         output signal_delayed (n).
+        output delay (1): of both together [s].
 
     Update, at t = k period: the delay in use goes to the wanted one at half a second a second, so
     what is received never runs backwards. Output, with u(t) = signal_sent, of whole samples, and
@@ -150,13 +158,17 @@ class LiveDelay(Block):
             Declaration(
                 inputs={
                     "signal_sent": Input(first.size),
+                    "delay_sent": Input(1, default=(0.0,)),
                     "live_settings": Input(LIVE_SETTINGS.size, default=tuple(NEUTRAL_SETTINGS)),
                 },
                 memory={
                     "delay_live": Memory(1, port=True),
                     "live": Memory(LIVE.pack(newest=-1.0, delay=0.0, first=-1.0, rows=rows)),
                 },
-                outputs={"signal_delayed": Output(first.size, live_delay_output)},
+                outputs={
+                    "signal_delayed": Output(first.size, live_delay_output),
+                    "delay": Output(1, delay_in_all),
+                },
                 parameters={
                     "link": DOWN if link == "down" else UP,
                     "period": period,
