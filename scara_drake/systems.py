@@ -13,7 +13,7 @@ from scara_drake.control.pid import PidController
 from scara_drake.control.sliding_mode import SlidingModeController
 from scara_drake.coupling.ends import MasterEnd, SlaveEnd
 from scara_drake.display.annotations import SceneAnnotations
-from scara_drake.environment import ImpedanceContact
+from scara_drake.environment import ImpedanceContact, PipeCutting
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.external import ExternalSource
 from scara_drake.operator.haptics import HapticOutput
@@ -22,6 +22,7 @@ from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.operator.master import SimulatedMaster
+from scara_drake.operator.trainee import ToolPosition, TraineeSource
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.friction import JointFrictionSystem
@@ -70,6 +71,7 @@ __all__ = [
     "ObserverSlidingModeController",
     "PacketChannel",
     "PidController",
+    "PipeCutting",
     "ReferenceGovernorSystem",
     "RobotReportPacker",
     "RobotReportSplitter",
@@ -80,4 +82,6 @@ __all__ = [
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
+    "ToolPosition",
+    "TraineeSource",
 ]

@@ -19,7 +19,7 @@ STATIONS = {
     "environment",
     "supervision",
 }
-GROUND = {"joints", "kinematics", "vectors", "safety", "robot", "dynamics", "common"}
+GROUND = {"joints", "kinematics", "vectors", "cut_state", "safety", "robot", "dynamics", "common"}
 LOOK = "display.look"  # colours and scales alone, for whatever draws
 LONGEST_FILE, LONGEST_FUNCTION, MOST_PARAMETERS = 300, 60, 8
 

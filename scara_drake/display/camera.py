@@ -21,6 +21,8 @@ def set_camera(meshcat: Meshcat, environment: Environment, places: ArrayLike = (
     From the operator's side.
     """
     corners = [surface.corners() for surface in environment.surfaces]
+    if environment.cut is not None:
+        corners.append(environment.cut.corners())
     eye, target = look.camera(np.vstack([np.reshape(places, (-1, 3)), *corners]))
     meshcat.SetCameraPose(eye, target)
     meshcat.SetProperty("/Cameras/default/rotated/<object>", "zoom", look.ZOOM)

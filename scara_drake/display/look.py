@@ -17,6 +17,7 @@ DESIRED: Final[Color] = (0.95, 0.05, 0.75, 0.70)
 MEASURED: Final[Color] = (0.05, 0.62, 0.45, 1.0)
 FORCE: Final[Color] = (0.90, 0.04, 0.04, 0.99)  # not opaque: drawn after the translucent wall
 SURFACE: Final[Color] = (0.42, 0.58, 0.74, 0.30)
+PIPE: Final[Color] = (0.55, 0.57, 0.60, 0.85)
 EDGE: Final[Color] = (0.20, 0.29, 0.40, 1.0)
 AXES: Final[tuple[Color, Color, Color]] = (
     (0.9, 0.1, 0.1, 1.0),

@@ -132,8 +132,10 @@ def watched(
 
 
 def watched_surfaces(environment: Environment) -> Array:
-    """Return the rows of the surfaces that the links could touch: those that stand still."""
+    """Return the rows of what the links could touch: surfaces that stand still, and the pipe."""
     rows = [surface_row(surface) for surface in environment.surfaces if surface.motion is None]
+    if environment.cut is not None:
+        rows.append(surface_row(environment.cut.solid()))
     return np.array(rows, dtype=np.float64).reshape(-1, SURFACE.size)
 
 

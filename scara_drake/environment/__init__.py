@@ -1,11 +1,14 @@
-"""What the tool can touch: walls, boxes and pipes, and how they push back."""
+"""What the tool can touch: walls, boxes and pipes, how they push back, and a pipe to cut."""
 
+from scara_drake.environment.blade import Blade
 from scara_drake.environment.box import Box
 from scara_drake.environment.compliance import Compliance, ConstantVelocity, SineMotion
 from scara_drake.environment.contact import ImpedanceContact
+from scara_drake.environment.cutting import PipeCutting
 from scara_drake.environment.cylinder import Cylinder
 from scara_drake.environment.force import contact_force, tool_contact
 from scara_drake.environment.law import normal_force
+from scara_drake.environment.pipe import PipeCut
 from scara_drake.environment.scene import ContactShapes, add_surfaces
 from scara_drake.environment.surfaces import (
     Environment,
@@ -16,6 +19,7 @@ from scara_drake.environment.surfaces import (
 from scara_drake.environment.wall import Wall
 
 __all__ = [
+    "Blade",
     "Box",
     "Compliance",
     "ConstantVelocity",
@@ -23,6 +27,8 @@ __all__ = [
     "Cylinder",
     "Environment",
     "ImpedanceContact",
+    "PipeCut",
+    "PipeCutting",
     "SineMotion",
     "Surface",
     "Wall",

@@ -21,6 +21,7 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from scara_drake import robot
 from scara_drake.display import look
+from scara_drake.environment.pipe import PipeCut
 from scara_drake.environment.surfaces import Environment, Surface
 from scara_drake.environment.wall import Wall
 
@@ -82,6 +83,9 @@ def add_surfaces(
             compliant[solid] = index
         else:
             filters.Apply(CollisionFilterDeclaration().ExcludeBetween(tool, GeometrySet(solid)))
+    if environment.cut is not None:
+        solid = _add_pipe(plant, environment.cut)
+        filters.Apply(CollisionFilterDeclaration().ExcludeBetween(tool, GeometrySet(solid)))
     shapes = [
         shape
         for name in _TOOL_LINKS
@@ -90,6 +94,15 @@ def add_surfaces(
     if compliant:
         _make_rigid(plant, scene_graph, shapes)
     return ContactShapes(frozenset(shapes), compliant)
+
+
+def _add_pipe(plant: MultibodyPlant, pipe: PipeCut) -> GeometryId:
+    """Draw a pipe to cut, and return what stops the links but the tool."""
+    world, X_WS, (shape, _) = plant.world_body(), pipe.pose(), pipe.solid().shape()
+    plant.RegisterVisualGeometry(world, X_WS, shape, pipe.name, np.array(look.PIPE))
+    properties = ProximityProperties()
+    AddContactMaterial(properties, friction=FRICTION)
+    return plant.RegisterCollisionGeometry(world, X_WS, shape, f"{pipe.name}_shape", properties)
 
 
 def _make_rigid(plant: MultibodyPlant, scene_graph: SceneGraph, shapes: list[GeometryId]) -> None:

@@ -13,6 +13,7 @@ from scara_drake.environment.box import Box, box_distance
 from scara_drake.environment.compliance import Compliance
 from scara_drake.environment.cylinder import Cylinder, cylinder_distance
 from scara_drake.environment.law import NUMBERS, SURFACE, surface_of
+from scara_drake.environment.pipe import PipeCut
 from scara_drake.environment.wall import Wall, wall_distance
 
 Array = NDArray[np.float64]
@@ -83,16 +84,22 @@ class Environment:
 
     Attributes:
         surfaces: of which the tool feels each; none is free space.
+        cut: a pipe that the tool's blade cuts.
     """
 
     surfaces: list[Surface] = field(default_factory=list)
+    cut: PipeCut | None = None
 
     def check_together(self, name: str) -> None:
-        """Check that no two surfaces share a name.
+        """Check that no two surfaces share a name, nor one with the pipe.
 
         Raises:
             ValueError: two do.
         """
+        if self.cut is not None and self.cut.name in self.names():
+            raise ValueError(
+                f"{name}.cut.name: '{self.cut.name}', allowed a name that no surface has"
+            )
         for index, surface in enumerate(self.surfaces):
             if surface.name in self.names()[:index]:
                 raise ValueError(

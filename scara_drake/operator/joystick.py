@@ -32,7 +32,8 @@ from scara_drake.vectors import device_status_of
 Array = NDArray[np.float64]
 TraceArrays: TypeAlias = tuple[ArrayLike, ArrayLike] | Trace
 
-DEVICES = ("trace", "auto", *OPENERS)
+LENT = "station"  # of a device that the program lends
+DEVICES = ("trace", "auto", *OPENERS, LENT)
 
 LOG = logging.getLogger("scara_drake")
 
@@ -44,6 +45,7 @@ class Joystick:
     Attributes:
         device: "trace" plays a recorded CSV file, "auto" reads a joystick or SpaceMouse if one is
             plugged in and plays the trace otherwise, the others read a live device of that kind.
+            "station" is the page of `scara-drake station`, which asks for it itself.
         index: of the live device, where there are several.
         profile: of the live device, which says what its axes and buttons do: the name of a shipped
             one, a YAML file, or empty for what its model is known for.
@@ -117,16 +119,26 @@ class Joystick:
         path = resource("diagrams") / self.trace
         return path.resolve() if path.is_file() else None
 
+    def lend(self, device: Device) -> None:
+        """Let runs read a device that the program has."""
+        self.device, self._lent = LENT, device
+
     def open_device(self) -> Device | None:
         """Open the live device, or return None where the trace is to be played.
 
         It is also played, and a warning says so, where this machine can have no such device.
 
         Raises:
-            ValueError: the device asked for is not there, or its profile does not fit.
+            ValueError: the device asked for is not there, or its profile does not fit, or it is
+                "station" and there is none.
         """
         if not self.is_live:
             return None
+        if self.device == LENT:
+            lent: Device | None = getattr(self, "_lent", None)
+            if lent is None:
+                raise ValueError(f"operator.device: {LENT}, allowed with `scara-drake station`")
+            return lent
         wanted = Wanted(self.index, self.profile, self.axes)
         try:
             return find_device(wanted) if self.device == "auto" else OPENERS[self.device](wanted)

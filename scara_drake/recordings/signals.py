@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from scara_drake.vectors import DEVICE_STATUS, LIVE_SETTINGS, SERVO_STATE, SUPERVISOR_STATUS
+from scara_drake.cut_state import PIPE_STATE
+from scara_drake.vectors import (
+    DEVICE_STATUS,
+    LIVE_SETTINGS,
+    SERVO_STATE,
+    SUPERVISOR_STATUS,
+)
 
 
 @dataclass(frozen=True)
@@ -71,6 +77,26 @@ def _settings() -> dict[str, Signal]:
     }
 
 
+def _cut() -> dict[str, Signal]:
+    """What a recording holds of a pipe that is cut, see `cut_state.PipeState`."""
+    columns = PIPE_STATE.slices
+    return {
+        name: Signal("pipe_cut", columns[entry].start, (), unit, long_name, False)
+        for name, entry, unit, long_name in (
+            ("blade_power", "power", "W", "power that the blade's motor gives"),
+            ("blade_speed", "speed", "m/s", "speed of the blade's rim"),
+            ("blade_stalled", "stalled", "1", "1 while the blade stands"),
+            ("blade_bend", "bend", "m", "of the blade in its kerf, beyond the clearance"),
+            ("energy_blade", "energy", "J", "that the blade's motor has given"),
+            ("energy_cut", "energy_cut", "J", "of the material that is cut away"),
+            ("energy_friction", "energy_friction", "J", "heat of the blade in its kerf"),
+            ("volume_removed", "volume", "m^3", "that the blade has cut away"),
+            ("cut_left", "left", "1", "share of the pipe's section that is left"),
+            ("kerf_place", "place", "m", "of the kerf along the pipe, from its middle"),
+        )
+    }
+
+
 SIGNALS: Final[dict[str, Signal]] = {
     "q_measured": Signal("state", 0, _JOINT, _POSITIONS, "joint positions of the plant"),
     "v_measured": Signal("state", 6, _JOINT, _RATES, "joint rates of the plant"),
@@ -83,7 +109,7 @@ SIGNALS: Final[dict[str, Signal]] = {
     "p_WE_desired": Signal("servo_state", 0, _AXIS, "m", "tool position of the references"),
     "p_WE_commanded": Signal("tool_command", 0, _AXIS, "m", "tool command before the channel"),
     "f_env_on_tool_W": Signal(
-        "f_env_on_tool_W", 0, _AXIS, "N", "force of the surfaces on the tool"
+        "f_env_on_tool_W", 0, _AXIS, "N", "force of surfaces and pipe on the tool"
     ),
     "f_haptic": Signal("f_haptic", 0, _AXIS, "N", "that force after the channel"),
     "penetration": Signal("penetration", 0, ("surface",), "m", "depth of the tool in each surface"),
@@ -156,6 +182,9 @@ SIGNALS: Final[dict[str, Signal]] = {
     "f_estimated_W": Signal(
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
+    "p_WE_seen": Signal(
+        "tool_seen", 0, _AXIS, "m", "tool position as the scripted operator sees it", False
+    ),
     "orientation_axes": Signal(
         "orientation_axes", 0, ("rotation",), "1", "axes that turn the tool, -1 to 1", False
     ),
@@ -177,6 +206,10 @@ SIGNALS: Final[dict[str, Signal]] = {
         "s",
         "of the simulation behind the clock",
         False,
+    ),
+    **_cut(),
+    "blade_force_W": Signal(
+        "blade_force_W", 0, _AXIS, "N", "force of the pipe on the blade", False
     ),
     "bad_samples": Signal(
         "device_status",
@@ -212,6 +245,9 @@ PRESENT: Final[dict[str, str]] = {
     "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
     "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
     "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
+    "tool_seen": "the operator is a `!Trainee`",
+    "pipe_cut": "the scenario has `environment.cut`",
+    "blade_force_W": "the scenario has `environment.cut`",
     "orientation_axes": "the operator is supervised",
     "operator_buttons": "the operator is supervised",
     "device_status": "the operator is supervised",
@@ -228,6 +264,8 @@ ATTRIBUTES: Final[dict[str, str]] = {
     "engine": "what ran the Diagram: `drake` or `compiled`",
     "engine_reason": "why it was not the other, where there is a reason",
     "device": "the operator's device, or the trace in its place",
+    "score": "of its task, 0 to 100, see [training](training.md)",
+    "score_table": "its criteria with values, bounds and points, JSON",
     "ended_by": "what ended the run: `duration`, an interrupt, an error, `cut off`, damage",
     "ended_at": "when it ended [s]",
     "ticks": "of a run in real time: how many there were",

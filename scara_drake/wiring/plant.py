@@ -3,6 +3,8 @@
 ::
 
     (forces) -> plant -> state -> contact -> f_env_on_tool_W, generalized_force, penetration
+
+A pipe that is cut adds its force to that of the contact.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
-from scara_drake.environment import ImpedanceContact, add_surfaces
+from scara_drake.environment import ImpedanceContact, PipeCutting, add_surfaces
 from scara_drake.robot import add_scara
 from scara_drake.wiring import Signals, outputs
 
@@ -58,4 +60,21 @@ def add_plant(
             results = plant.get_contact_results_output_port()
             builder.Connect(results, contact.GetInputPort("contact_results"))
         made |= dict(outputs(contact))
+    if scenario.environment.cut is not None:
+        made |= _add_cutting(builder, scenario, made)
     return signals | made
+
+
+def _add_cutting(builder: DiagramBuilder, scenario: Scenario, made: Signals) -> Signals:
+    """Add the blade and its pipe; its outputs take the place of the contact's."""
+    pipe = scenario.environment.cut
+    assert pipe is not None  # it is asked for where there is one
+    cutting = builder.AddNamedSystem("cutting", PipeCutting(pipe, scenario.time_step))
+    builder.Connect(made["state"], cutting.GetInputPort("state"))
+    for port, name in (
+        ("f_surfaces_W", "f_env_on_tool_W"),
+        ("effort_surfaces", "generalized_force"),
+    ):
+        if name in made:
+            builder.Connect(made[name], cutting.GetInputPort(port))
+    return dict(outputs(cutting))
