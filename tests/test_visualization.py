@@ -77,6 +77,7 @@ def test_ports(meshcat: Meshcat) -> None:
         "device_connected": 1,
         "motion_master": 6,
         "hand_target": 3,
+        "query_object": 0,
     }
     assert system.num_output_ports() == 0
 
