@@ -94,6 +94,12 @@ def delay_in_all(delay_sent: Array, delay_live: Array, delay: Array) -> None:
 
 
 @njit(cache=True)
+def age_in_all(age_sent: Array, delay_live: Array, age_of_information: Array) -> None:
+    """Write the age behind the link and the live delay together, (1,) [s]."""
+    age_of_information[0] = age_sent[0] + delay_live[0]
+
+
+@njit(cache=True)
 def live_delay_store(recent: int, size: int, live: Array, archived: Array) -> None:
     """Store of `LiveDelay`: what has come goes into the archive, what is about to be read out.
 
@@ -125,6 +131,9 @@ class LiveDelay(Block):
         output delay_live (1): the delay in use [s].
         output signal_delayed (n).
         output delay (1): of both together [s].
+        input age_sent (1), output age_of_information (1): the same of the age, behind a link that
+            tells one. So what is silent is told at once, whatever the delay: age - delay is the
+            link's.
 
     Update, at t = k period: the delay in use goes to the wanted one at half a second a second, so
     what is received never runs backwards. Output, with u(t) = signal_sent, of whole samples, and
@@ -142,33 +151,40 @@ class LiveDelay(Block):
         initial: (n,), received of the time before the first sample.
         period: [s].
         link: "up" or "down", whose delay it is.
+        ages: whether the link before it tells ages.
 
     Raises:
         ValueError: the initial signal or the period is out of its bounds.
     """
 
-    def __init__(self, initial: ArrayLike, period: float = 1e-3, link: str = "up") -> None:
+    def __init__(
+        self, initial: ArrayLike, period: float = 1e-3, link: str = "up", ages: bool = False
+    ) -> None:
         first = check_signal(initial, period)
         longest = math.ceil(LONGEST_LIVE / period) + 1
         ticks = store_ticks(longest, first.size) or 1
         # A tick more than the store waits: it comes before a tick or after it, by a rounding.
         recent, window = ticks + 2, math.ceil((1.0 + SLEW) * (ticks + 1)) + 4
         rows = np.tile(first, recent + window)
+        outputs = {
+            "signal_delayed": Output(first.size, live_delay_output),
+            "delay": Output(1, delay_in_all),
+        }
+        if ages:
+            outputs["age_of_information"] = Output(1, age_in_all)
         super().__init__(
             Declaration(
                 inputs={
                     "signal_sent": Input(first.size),
                     "delay_sent": Input(1, default=(0.0,)),
+                    "age_sent": Input(1, default=(0.0,)),
                     "live_settings": Input(LIVE_SETTINGS.size, default=tuple(NEUTRAL_SETTINGS)),
                 },
                 memory={
                     "delay_live": Memory(1, port=True),
                     "live": Memory(LIVE.pack(newest=-1.0, delay=0.0, first=-1.0, rows=rows)),
                 },
-                outputs={
-                    "signal_delayed": Output(first.size, live_delay_output),
-                    "delay": Output(1, delay_in_all),
-                },
+                outputs=outputs,
                 parameters={
                     "link": DOWN if link == "down" else UP,
                     "period": period,

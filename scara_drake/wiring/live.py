@@ -37,12 +37,17 @@ def add_live_delay(
         signals: so far.
 
     Returns:
-        The port of what is received, and what the link tells: its delay with the live one.
+        The port of what is received, and what the link tells: its delay and age with the live delay.
     """
     received, told = link.GetOutputPort("signal_received"), link_signals(link, direction)
     if SETTINGS not in signals:
         return received, told
-    live = builder.AddNamedSystem(f"live_delay_{direction}", LiveDelay(first, period, direction))
+    ages = link.HasOutputPort("age_of_information")
+    live = builder.AddNamedSystem(
+        f"live_delay_{direction}", LiveDelay(first, period, direction, ages)
+    )
+    if ages:
+        builder.Connect(link.GetOutputPort("age_of_information"), live.GetInputPort("age_sent"))
     builder.Connect(received, live.GetInputPort("signal_sent"))
     builder.Connect(link.GetOutputPort("delay"), live.GetInputPort("delay_sent"))
     builder.Connect(signals[SETTINGS], live.GetInputPort("live_settings"))
