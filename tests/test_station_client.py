@@ -131,7 +131,7 @@ def make_hub(delayed: bool) -> tuple[Hub, Mailboxes]:
     file, places = make_mailboxes()
     file.close()
     clock = SimpleNamespace(now=0.0)
-    return Hub(places, Facts("test", 1.0, [], delayed), lambda: clock.now), places
+    return Hub(places, Facts("test", 1.0, [], [], delayed), lambda: clock.now), places
 
 
 async def last_picture(hub: Hub, places: Mailboxes, delayed: bool) -> Commands:

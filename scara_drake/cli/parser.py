@@ -104,9 +104,8 @@ def _add_station(commands: Any) -> None:
     parser.add_argument(
         "--duration",
         type=float,
-        default=STATION_DURATION,
         metavar="T",
-        help=f"of the run [s], which Ctrl-C ends before (default {STATION_DURATION:g})",
+        help=f"of the run [s] (default {STATION_DURATION:g}, or as long as a task takes)",
     )
     parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
     parser.add_argument(

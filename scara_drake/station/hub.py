@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from scara_drake.display.look import Part
 from scara_drake.recordings.surfaces import Block
 from scara_drake.station import telemetry
 from scara_drake.station.client import Client, Socket
@@ -33,12 +34,14 @@ class Facts(NamedTuple):
         scenario: its name.
         duration: [s].
         blocks: the surfaces that are drawn.
+        marks: what is drawn besides, see `marks`.
         delayed: whether a page sees the robot as late as the operator feels it, to begin with.
     """
 
     scenario: str
     duration: float
     blocks: list[Block]
+    marks: list[Part]
     delayed: bool
 
 
@@ -50,7 +53,7 @@ class Hub:
     ) -> None:
         self.helm, self.clock = Helm(mailboxes.input), clock
         self._mailboxes, self._facts = mailboxes, facts
-        self._scene = Scene(facts.blocks)
+        self._scene = Scene(facts.blocks, facts.marks)
         self._views = self._scene.views()
         self._telemeter = telemetry.Telemeter()
         self._frames: deque[Any] = deque(maxlen=int(REMEMBERED * TELEMETRY_RATE))
