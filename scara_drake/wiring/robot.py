@@ -37,7 +37,7 @@ from scara_drake.vectors import (
     pose_vector,
 )
 from scara_drake.wiring import Signals, connect_by_name, link_signals, outputs
-from scara_drake.wiring.feeling import add_feeling
+from scara_drake.wiring.feeling import add_supervised_feeling
 
 if TYPE_CHECKING:
     from scara_drake.operator.devices import Device
@@ -69,7 +69,7 @@ def add_supervised_remote(
     signals = signals | _uplink(builder, scenario, command, signals)
     signals = signals | _robot(builder, scenario, command, q_start, signals)
     signals = signals | _downlink(builder, scenario, q_start, signals)
-    signals = signals | add_feeling(builder, scenario, signals["f_haptic"], device)
+    signals = signals | add_supervised_feeling(builder, scenario, signals, device)
     if "f_env_on_tool_W" in signals:
         energy = builder.AddNamedSystem(
             "channel_energy", ChannelEnergy(command, scenario.time_step)
