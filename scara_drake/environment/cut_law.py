@@ -114,7 +114,7 @@ def bite(
     for cell in range(cells.size):
         left = 1.0 if s.mode[()] == BESIDE else cells[cell]
         t = touch(c, disc, cell, left, kerf[cell])
-        if t.area == 0.0:
+        if t.normal == 0.0 and t.side == 0.0 and t.wedge == 0.0:
             continue
         teeth, rub = borne * t.normal / c.feed_ratio, borne * c.friction * abs(t.side)
         slip, glide = max(s.speed[()] + t.slide, 0.0), max(s.speed[()] * t.arm + t.slide, 0.0)

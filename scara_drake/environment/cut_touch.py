@@ -67,7 +67,10 @@ class Touch(NamedTuple):
     arm: float
 
 
+CRUMB = 1e-6  # share of a cell that holds nothing
 NOTHING = (0.0, 0.0, 0.0)
+# Of a cell that is far, and of one that is cut and leaves the blade its clearance.
+IN_SLOT = Touch(1.0, 0.0, NOTHING, NOTHING, NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 APART = Touch(0.0, 0.0, NOTHING, NOTHING, NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -128,17 +131,21 @@ def touch(c: Cut, disc: Disc, cell: int, left: float, kerf: float) -> Touch:
     place = (r * out[0], r * out[1], disc.place)
     from_centre = plus(place, times(-1.0, disc.centre))
     across = dot(from_centre, disc.axis)
-    in_plane = plus(from_centre, times(-across, disc.axis))
-    far = math.sqrt(dot(in_plane, in_plane))
-    if far > c.radius + deep + r * wide or far == 0.0:
+    squared = dot(from_centre, from_centre) - across * across
+    if squared > (c.radius + deep + r * wide) ** 2:
         return APART
+    area = r * wide * deep
+    left = left if left > CRUMB else 0.0
+    if left == 0.0 and abs(across - kerf) <= c.clearance:
+        return IN_SLOT
+    in_plane = plus(from_centre, times(-across, disc.axis))
+    far = math.sqrt(max(squared, 1e-18))
     outward = times(1.0 / far, in_plane)
     cosine = min(abs(dot(outward, out)), 1.0)
     length = cosine * deep + math.sqrt(1.0 - cosine * cosine) * r * wide
     covered = min(max(0.5 + (c.radius - far) / length, 0.0), 1.0)
     if covered == 0.0:
         return APART
-    area = r * wide * deep
     overlap = area * max(covered + left - 1.0, 0.0)
     lever = plus(place, times(-1.0, disc.tip))
     velocity = plus(disc.velocity, cross(disc.rate, lever))
