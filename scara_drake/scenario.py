@@ -5,7 +5,6 @@ Each part is a dataclass that lives with its subject and checks itself. A part w
 in its union here.
 """
 
-import copy
 import re
 import warnings
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from scara_drake.channel.links import Channel
 from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
+from scara_drake.common.overrides import override
 from scara_drake.common.schema import build, changed_yaml, yaml_of
 from scara_drake.common.shipped import find_scenario
 from scara_drake.common.shipped import scenario_names as scenario_names
@@ -42,13 +42,16 @@ from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.kinesthetic import KinestheticMapping
 from scara_drake.operator.master import Master
+from scara_drake.operator.trainee import Trainee
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
+from scara_drake.recordings.logging_part import Logging
 from scara_drake.robot import RobotModel
+from scara_drake.supervision.config import Supervision
 from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
-Operator = Joystick | External | Master | JointMotion
+Operator = Joystick | External | Trainee | Master | JointMotion
 Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
 if TYPE_CHECKING:  # from Python any controller will do; a YAML tag chooses one of these
     Controller = ControllerPart
@@ -56,22 +59,11 @@ else:
     Controller = IntegralSlidingMode | ObserverSlidingMode | SlidingMode | Pid | InverseDynamics
 
 # Systems with random numbers of their own; the order decides their seeds.
-STREAMS = ("uplink", "downlink", "encoder")
+STREAMS = ("uplink", "downlink", "encoder", "view")
 
 
 class UnusedSetting(UserWarning):
     """A field was set that does nothing in this scenario."""
-
-
-@dataclass
-class Logging:
-    """What a run records.
-
-    Attributes:
-        period: from sample to sample.
-    """
-
-    period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
 @dataclass(repr=False)
@@ -103,6 +95,7 @@ class Scenario:
         task: what the operator is asked to do.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
+        supervision: of the operator and of the robot, which then stop by themselves.
         logging: what is recorded.
     """
 
@@ -126,6 +119,7 @@ class Scenario:
     task: Task | None = None
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
+    supervision: Supervision | None = None
     logging: Logging = field(default_factory=Logging)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -223,7 +217,7 @@ def read_scenario(
         raise ValueError(f"{file}: {type(data).__name__}, allowed a map of scenario fields")
     in_file = list(data)
     for key, value in (overrides or {}).items():
-        _override(data, key, value)
+        override(data, key, value)
     scenario = build(Scenario, data)
     scenario.name = scenario.name or re.sub(r"[^\w.,+=()-]|^\W", "_", path.stem)[:100]
     resolve_files(scenario, path.parent)
@@ -254,35 +248,3 @@ def parse_overrides(settings: list[str]) -> dict[str, Any]:
             raise ValueError(f"--set: {shown(setting)}, allowed KEY=VALUE")
         pairs[key] = value
     return pairs
-
-
-def _override(data: dict[str, Any], dotted: str, value: Any) -> None:
-    """Set one dotted key in the data of a YAML file, in place."""
-    if isinstance(value, str):
-        value = read_yaml(value, shown(dotted, quotes=False))
-    *parents, last = dotted.split(".")
-    place: Any = data
-    for parent in parents:
-        if isinstance(place, dict):
-            place = place.setdefault(parent, {})
-        else:
-            place = place[_entry_of(place, parent, dotted)]
-        if not isinstance(place, dict | list):
-            raise ValueError(
-                f"{shown(dotted, quotes=False)}: {shown(parent)} has no fields, allowed the path "
-                "of a field"
-            )
-    entry = last if isinstance(place, dict) else _entry_of(place, last, dotted)
-    place[entry] = copy.deepcopy(value)
-
-
-def _entry_of(place: list[Any], key: str, dotted: str) -> int:
-    """Return the index that a word of a dotted key means in a list.
-
-    Raises:
-        ValueError: it is none.
-    """
-    if not key.isdecimal() or len(key) > 6 or int(key) >= len(place):
-        allowed = f"0 to {len(place) - 1}" if place else "none: the list is empty"
-        raise ValueError(f"{shown(dotted, quotes=False)}: no entry {shown(key)}, allowed {allowed}")
-    return int(key)

@@ -22,6 +22,7 @@ from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.operator.master import SimulatedMaster
+from scara_drake.operator.trainee import ToolPosition, TraineeSource
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.friction import JointFrictionSystem
@@ -29,9 +30,23 @@ from scara_drake.plant.joint_forces import JointForces
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer
+from scara_drake.supervision.arm_watch import ArmWatch
+from scara_drake.supervision.energy import ChannelEnergy
+from scara_drake.supervision.frames import (
+    CommandFramePacker,
+    CommandFrameSplitter,
+    RobotReportPacker,
+    RobotReportSplitter,
+)
+from scara_drake.supervision.link_watch import LinkWatch
+from scara_drake.supervision.robot import RobotSupervisor
 
 __all__ = [
     "ActuatorLagSystem",
+    "ArmWatch",
+    "ChannelEnergy",
+    "CommandFramePacker",
+    "CommandFrameSplitter",
     "CommandWatchSystem",
     "ContactForceEstimator",
     "ContinuousLayer",
@@ -51,16 +66,22 @@ __all__ = [
     "JoystickSource",
     "JoystickToPose",
     "KinestheticOutput",
+    "LinkWatch",
     "MasterEnd",
     "ObserverSlidingModeController",
     "PacketChannel",
     "PidController",
     "PipeCutting",
     "ReferenceGovernorSystem",
+    "RobotReportPacker",
+    "RobotReportSplitter",
+    "RobotSupervisor",
     "SceneAnnotations",
     "SignalBundle",
     "SignalDelay",
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
+    "ToolPosition",
+    "TraineeSource",
 ]

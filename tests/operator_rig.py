@@ -6,18 +6,23 @@ from typing import Any
 
 import numpy as np
 
+from scara_drake.operator.mapping import JoystickMapping, initial_command
+from scara_drake.operator.smooth_stick import MOTION, pack_mapping
 from scara_drake.operator.stick_filter import (
     FILTERING,
     OPERATOR_INPUT,
     SAMPLES,
     filter_step,
 )
+from scara_drake.operator.supervised_mapping import map_supervised
 from scara_drake.operator.supervision import OperatorSupervision, first_watch
 from scara_drake.operator.supervisor import supervise
 from scara_drake.safety import Reason, State
 from scara_drake.vectors import (
     BUTTON_NAMES,
     DEVICE_STATUS,
+    LIVE_SETTINGS,
+    NEUTRAL_SETTINGS,
     OPERATOR_BUTTONS,
     ORIENTATION_NAMES,
     ROBOT_REPORT,
@@ -33,8 +38,13 @@ SENT = ("robot_state", "robot_reason", "robot_engagements", "robot_faults")
 class OperatorRig:
     """What is set stays until it is set again: axes, buttons, device and robot, by their names."""
 
-    def __init__(self, config: OperatorSupervision | None = None, live: bool = True) -> None:
-        self.config = config or OperatorSupervision()
+    def __init__(
+        self,
+        config: OperatorSupervision | None = None,
+        live: bool = True,
+        mapping: JoystickMapping | None = None,
+    ) -> None:
+        self.config, self.form = config or OperatorSupervision(), mapping or JoystickMapping()
         self.now: dict[str, float] = dict.fromkeys(
             (
                 *STICK_NAMES,
@@ -45,11 +55,18 @@ class OperatorRig:
                 "silence",
             ),
             0.0,
-        ) | {"connected": 1.0}
+        ) | {
+            "connected": 1.0,
+            "motion_scale": 1.0,
+        }
         self.samples, self.operator_input = SAMPLES.zeros(), OPERATOR_INPUT.zeros()
         self.watch = first_watch(self.config, live)
         self.operator_status = SUPERVISOR_STATUS.zeros()
-        self.report = ROBOT_REPORT.zeros()
+        self.tool_command = initial_command(self.form)
+        self.report = ROBOT_REPORT.zeros(tool_command=self.tool_command)
+        self.mapped, self.motion = SUPERVISOR_STATUS.zeros(), MOTION.zeros(scale=1.0)
+        self.mapping = pack_mapping(self.form, PERIOD)
+        self.path: list[np.ndarray] = []
         self.filtering = FILTERING.pack(ticks=SAMPLE / PERIOD, spike=self.config.spike)
         self.supervision = self.config.parameters(PERIOD)
         self.time = 0.0
@@ -77,6 +94,18 @@ class OperatorRig:
             self.watch,
             self.operator_status,
         )
+        settings = NEUTRAL_SETTINGS._replace(motion_scale=self.now["motion_scale"])
+        map_supervised(
+            self.operator_input,
+            self.operator_status,
+            self.report,
+            LIVE_SETTINGS.pack(**settings._asdict()),
+            self.mapping,
+            self.motion,
+            self.tool_command,
+            self.mapped,
+        )
+        self.path.append(self.tool_command.copy())
         self.time += PERIOD
 
     def run(self, seconds: float, **values: float) -> OperatorRig:
@@ -97,6 +126,20 @@ class OperatorRig:
         """Press a button and let it go."""
         self.run(0.02, **{button: 1.0})
         return self.run(0.02, **{button: 0.0})
+
+    @property
+    def point(self) -> np.ndarray:
+        """The commanded tool point relative to the arm's base."""
+        return self.points()[-1]
+
+    @property
+    def mast(self) -> float:
+        return float(self.tool_command[7])
+
+    def points(self) -> np.ndarray:
+        """The commanded tool points so far (n, 3), relative to the arm's base."""
+        path = np.array(self.path)
+        return path[:, :3] - path[:, 7:8] * [0.0, 0.0, 1.0]
 
     @property
     def state(self) -> State:

@@ -15,6 +15,7 @@ RUNS = [
     ("joint_sine", {"controller": "!Pid {}", "governor": "{}", "drives.lag": "{}"}),
     ("joint_sine", {"controller": "!InverseDynamics {}"}),
     ("bilateral", {}),
+    ("teleoperation", {"operator": "!Trainee {}", "task": "!TouchPoints {}"}),
 ]
 
 
@@ -36,6 +37,7 @@ def test_a_run_has_the_variables_and_attributes_that_are_told(name: str, setting
     text = recording.attrs["scenario"]
     holds = {
         "the operator's device is a live one": False,
+        "the operator is a `!Trainee`": "operator: !Trainee" in text,
         "the operator is supervised": "\nsupervision:" in text,
         "the scenario has `kinesthetic`": scenario.kinesthetic is not None,
         "the operator is a `!Master`": "operator: !Master" in text,

@@ -88,7 +88,7 @@ BAD = [
     ),
     (
         {"operator": "!Magic {}"},
-        r"^operator: 'Magic', allowed Joystick, External, Master, JointMotion$",
+        r"^operator: 'Magic', allowed Joystick, External, Trainee, Master, JointMotion$",
     ),
     ({"channel.up": "!ConstantDelay {delay: 9}"}, r"^channel\.up.*9 s, allowed 0 to 2\.5 s"),
     ({"channel.up": "!ConstantDelay {delay: -1}"}, r"^channel\.up\.delay: -1"),

@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 from scara_drake import joints, kinematics
 from scara_drake.common.motion import limit_motion
 from scara_drake.ik import servo
-from scara_drake.ik.kernels.limiter import LIMITS, REACH_LIMIT, draw_into_reach
+from scara_drake.ik.kernels.limiter import LIMITS
 from scara_drake.ik.system import InverseKinematics
+from scara_drake.kinematics import REACH_LIMIT, draw_into_reach
 from scara_drake.vectors import SERVO_STATE, pose_vector
 
 DT = 1e-3

@@ -239,7 +239,7 @@ def test_all_that_a_device_said_is_written_and_read_to_the_bit(
 ) -> None:
     draws = np.random.default_rng(seed)
     said = draws.uniform(0.0, 1.0, (12, SAID.size))
-    trace = Trace(np.arange(12) * 0.01, draws.uniform(-1.0, 1.0, (12, 5)), said)
+    trace = Trace(np.linspace(0.0, 0.11, 12), draws.uniform(-1.0, 1.0, (12, 5)), said)
     first = played(trace, 0.12)
     path = tmp_path_factory.mktemp("trace") / "t.csv"
     save_trace(first, path)

@@ -12,6 +12,7 @@ from rich.table import Table
 from scara_drake import metrics
 from scara_drake.metrics import curves
 from scara_drake.metrics.links import LINKS
+from scara_drake.metrics.scores import score
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.pacing import Timing
 from scara_drake.simulation.run import Run
@@ -43,9 +44,28 @@ def print_summary(
         console.print("Stopped early; what was simulated is recorded.")
     if result.timing is not None:
         _say(console, timing_words(result.timing))
+    print_score(console, recording)
     for remark in verdict.remarks:
         _say(console, f"Note: {remark}")
     _say(console, f"Verdict: {verdict}")
+
+
+def print_score(console: Console, recording: xr.Dataset) -> None:
+    """Print the score of a recording's task with its criteria, if it has one."""
+    found = score(recording)
+    if found is None:
+        return
+    ended = f"done in {found.seconds:.1f} s" if found.done else f"{100.0 * found.share:.0f} % done"
+    title = f"Score {found.total:.0f} of 100: {found.task}, {ended}"
+    table = Table(title=title, title_justify="left")
+    table.add_column("criterion")
+    table.add_column("value", justify="right")
+    table.add_column("points", justify="right")
+    for each in found.criteria:
+        value = f"{each.value:.3g} {each.unit if each.unit != '1' else ''}".strip()
+        points = f"{found.share * each.points:.1f} of {each.weight:g}"
+        table.add_row(each.name, value, points)
+    console.print(table)
 
 
 def _say(console: Console, sentence: str) -> None:

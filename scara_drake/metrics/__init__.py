@@ -5,6 +5,7 @@ from scara_drake.metrics.contact import yielding_joints
 from scara_drake.metrics.judgement import Verdict, verdict
 from scara_drake.metrics.limits import beyond_range, saturated_share, speed_ratio
 from scara_drake.metrics.links import Traffic, traffic
+from scara_drake.metrics.scores import Criterion, Score, score
 from scara_drake.metrics.tracking import (
     Value,
     chatter,
@@ -29,6 +30,8 @@ from scara_drake.metrics.tracking import (
 )
 
 __all__ = [
+    "Criterion",
+    "Score",
     "Traffic",
     "Value",
     "Verdict",
@@ -48,6 +51,7 @@ __all__ = [
     "rise_time",
     "rmse",
     "saturated_share",
+    "score",
     "settling_time",
     "speed_ratio",
     "status_shares",

@@ -182,6 +182,9 @@ SIGNALS: Final[dict[str, Signal]] = {
     "f_estimated_W": Signal(
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
+    "p_WE_seen": Signal(
+        "tool_seen", 0, _AXIS, "m", "tool position as the scripted operator sees it", False
+    ),
     "orientation_axes": Signal(
         "orientation_axes", 0, ("rotation",), "1", "axes that turn the tool, -1 to 1", False
     ),
@@ -242,6 +245,7 @@ PRESENT: Final[dict[str, str]] = {
     "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
     "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
     "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
+    "tool_seen": "the operator is a `!Trainee`",
     "pipe_cut": "the scenario has `environment.cut`",
     "blade_force_W": "the scenario has `environment.cut`",
     "orientation_axes": "the operator is supervised",
@@ -260,6 +264,8 @@ ATTRIBUTES: Final[dict[str, str]] = {
     "engine": "what ran the Diagram: `drake` or `compiled`",
     "engine_reason": "why it was not the other, where there is a reason",
     "device": "the operator's device, or the trace in its place",
+    "score": "of its task, 0 to 100, see [training](training.md)",
+    "score_table": "its criteria with values, bounds and points, JSON",
     "ended_by": "what ended the run: `duration`, an interrupt, an error, `cut off`, damage",
     "ended_at": "when it ended [s]",
     "ticks": "of a run in real time: how many there were",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
@@ -21,12 +22,14 @@ from scara_drake.diagram import make_diagram
 from scara_drake.display.camera import show_whole
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
+from scara_drake.metrics.scores import score_attributes
 from scara_drake.recordings.recorder import metadata
 from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.pacing import Clocked, Paced, Pacing
+from scara_drake.simulation.priority import real_time_priority, undisturbed
 from scara_drake.simulation.progress import ProgressLine
 from scara_drake.simulation.steppers import (
     AUTO,
@@ -36,7 +39,7 @@ from scara_drake.simulation.steppers import (
     DrakeStepper,
     compiled_stepper,
 )
-from scara_drake.wiring.show import show_robot
+from scara_drake.wiring.show import Watching, show_robot
 
 
 @runtime_checkable
@@ -52,6 +55,29 @@ class Run(Ended):
     """What a run was, and its recording."""
 
     recording: xr.Dataset
+
+
+@dataclass(frozen=True)
+class Live:
+    """What makes a run more than a computation.
+
+    Attributes:
+        realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
+        priority: a run in real time asks the system for priority, and says what it has got.
+        meshcat: draws the run, with a Stop button.
+        station: looks at it too.
+    """
+
+    realtime_rate: float = 0.0
+    priority: bool = False
+    meshcat: Meshcat | None = None
+    station: Watching | None = None
+
+    @property
+    def seen(self) -> bool:
+        """Whether somebody looks at the run while it goes on."""
+        watched = self.meshcat is not None or self.station is not None
+        return watched or self.realtime_rate > 0.0
 
 
 def simulate(
@@ -91,7 +117,7 @@ def simulate(
         scenario.q0 = [float(q) for q in q0]
     samples = Samples()
     try:
-        run_into(samples, scenario, realtime_rate, meshcat, progress, engine=engine)
+        run_into(samples, scenario, Live(realtime_rate, meshcat=meshcat), progress, engine=engine)
     except BaseException as error:
         with suppress(OSError):  # the disk may be full: then nothing is kept
             if samples.has_samples:
@@ -99,7 +125,7 @@ def simulate(
                 samples.write(journal)
                 error.add_note(f"what was recorded is in {journal}")
         raise
-    return samples.recording()
+    return scored(samples)
 
 
 def run(scenario: Scenario, engine: str = AUTO) -> Run:
@@ -110,14 +136,20 @@ def run(scenario: Scenario, engine: str = AUTO) -> Run:
     """
     samples = Samples()
     ended = run_into(samples, scenario, engine=engine)
-    return Run(**asdict(ended), recording=samples.recording())
+    return Run(**asdict(ended), recording=scored(samples))
+
+
+def scored(samples: Samples) -> xr.Dataset:
+    """Return the recording of samples, with the score of its task where it has one."""
+    recording = samples.recording()
+    recording.attrs |= score_attributes(recording)
+    return recording
 
 
 def run_into(
     keeper: Keeper,
     scenario: Scenario,
-    realtime_rate: float = 0.0,
-    meshcat: Meshcat | None = None,
+    live: Live | None = None,
     progress: bool = False,
     signals: DeferredInterrupt | None = None,
     engine: str = AUTO,
@@ -133,21 +165,22 @@ def run_into(
         ValueError: a value is out of its bounds; nothing has been kept then.
         OSError: the journal cannot be written.
     """
-    checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
-    seen = meshcat is not None or realtime_rate > 0.0
-    check_engine(engine, seen)
-    diagram = make_diagram(scenario, meshcat)
-    if realtime_rate > 0.0:
+    live = live or Live()
+    rate, meshcat = live.realtime_rate, live.meshcat
+    checks.number("realtime_rate", rate, 0.0, 100.0)
+    check_engine(engine, live.seen)
+    diagram = make_diagram(scenario, meshcat, live.station)
+    if rate > 0.0:
         _warm_up(diagram, scenario.time_step)
     with (
         StopButton(meshcat) as stop,
         OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
-        ProgressLine(scenario.name, scenario.duration, progress) as line,
+        ProgressLine(scenario.name, scenario.duration, progress, rate > 0.0) as line,
         nullcontext(signals) if signals else DeferredInterrupt() as interrupt,
         _closing(diagram),
     ):
         watch, reason = Watch(interrupt, stop, overview, line), ""
-        if engine != DRAKE and not seen:
+        if engine != DRAKE and not live.seen:
             try:
                 compiled = compiled_stepper(diagram, scenario)
                 begin(keeper, diagram, COMPILED)
@@ -157,9 +190,10 @@ def run_into(
                     raise
                 reason = str(error)
         begin(keeper, diagram, DRAKE, reason)
-        pacing = _pacing(diagram, scenario, realtime_rate)
+        pacing = _pacing(diagram, scenario, rate)
         drake = DrakeStepper(diagram, pacing)
-        ended = advance(keeper, drake, scenario, watch, pacing)
+        with _before_others(pacing, live.priority):
+            ended = advance(keeper, drake, scenario, watch, pacing)
         return replace(ended, engine=DRAKE, engine_reason=reason)
 
 
@@ -190,6 +224,20 @@ def _pacing(diagram: Diagram, scenario: Scenario, rate: float) -> Pacing | None:
     clocks = [system.clock for system in systems if isinstance(system, Clocked) and system.clock]
     paces = [system.pace for system in systems if isinstance(system, Paced)]
     return Pacing(rate, scenario.time_step, clocks, paces)
+
+
+@contextmanager
+def _before_others(pacing: Pacing | None, priority: bool) -> Iterator[None]:
+    """Keep a run in real time from being disturbed, by Python and, if wanted, by other programs."""
+    if pacing is None:
+        yield
+    elif not priority:
+        with undisturbed():
+            yield
+    else:
+        with undisturbed(), real_time_priority() as got:
+            logging.getLogger(__name__).info("Runs with %s", got)
+            yield
 
 
 @contextmanager

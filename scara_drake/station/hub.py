@@ -185,6 +185,7 @@ class Hub:
         yield from self._clients.values()
 
     def _tell_control(self) -> None:
+        self.helm.there_are(len(self._clients))
         for client in self._present():
             client.tell(self._control(client))
 

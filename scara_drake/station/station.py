@@ -84,6 +84,11 @@ class Station:
         """Whether the server is."""
         return self._process.poll() is None
 
+    def has_page(self) -> bool:
+        """Whether a page is open, or never will be."""
+        found = self._mailboxes.input.read()
+        return not self.is_there() or (found is not None and bool(found["clients"] > 0))
+
     def add(self, builder: DiagramBuilder, scenario: Scenario, signals: Signals) -> None:
         """Add to a Diagram what leaves the server the frames that it shows."""
         surfaces = [one for one in scenario.environment.surfaces if not is_own(one)]

@@ -75,6 +75,13 @@ def _largest_angle(scenario: Scenario, recording: xr.Dataset) -> Any:
     return metrics.rmse(metrics.tracking_error(recording)).isel(joint=slice(1, None)).max()
 
 
+def _scored(recording: xr.Dataset) -> metrics.Score:
+    found = metrics.score(recording)
+    if found is None:
+        raise ValueError("the scenario has no task")
+    return found
+
+
 def _touched(recording: xr.Dataset) -> xr.Dataset:
     if recording.sizes.get("surface", 0) == 0:
         raise ValueError("the scenario has no surface")
@@ -114,6 +121,14 @@ def _coupling(scenario: Scenario) -> Any:
 
 
 METRICS: Final[dict[str, Metric]] = {
+    "score": Metric(
+        "1", "score of its task, 0 to 100", lambda scenario, recording: _scored(recording).total,
+        whole=True,
+    ),
+    "task_time": Metric(
+        "s", "until the task was done", lambda scenario, recording: _scored(recording).seconds,
+        whole=True,
+    ),
     "followed": Metric(
         "1", "whether the arm did what it was told, see `verdict`",
         lambda scenario, recording: metrics.verdict(recording).good, whole=True, flag=True,

@@ -20,11 +20,13 @@ from scara_drake.operator.external import External
 from scara_drake.operator.joint_motion import JointMotion
 from scara_drake.operator.joystick import Joystick
 from scara_drake.operator.master import Master
+from scara_drake.operator.trainee import Trainee
 from scara_drake.wiring import Signals
 from scara_drake.wiring.bilateral import add_bilateral
 from scara_drake.wiring.external import add_external
 from scara_drake.wiring.joint_motion import add_joint_motion
 from scara_drake.wiring.joystick import add_joystick
+from scara_drake.wiring.trainee import add_trainee
 
 if TYPE_CHECKING:
     from scara_drake.ik.result import IkResult
@@ -149,6 +151,11 @@ def _check_master(scenario: Scenario) -> None:
     checks.choice("inverse_kinematics.method", scenario.inverse_kinematics.method, FOLLOWERS)
 
 
+def _check_trainee(scenario: Scenario) -> None:
+    if scenario.task is None:
+        raise ValueError("operator: !Trainee, allowed in a scenario with a task")
+
+
 def _anything_goes(scenario: Scenario) -> None:
     """Accept every scenario."""
 
@@ -167,6 +174,13 @@ OPERATORS: dict[type, OperatorWiring] = {
         add_external,
         _at_first_command,
         _anything_goes,
+        answer=_answer_to_first_command,
+        unused={"coupling": NEEDS_MASTER},
+    ),
+    Trainee: OperatorWiring(
+        add_trainee,
+        _at_first_command,
+        _check_trainee,
         answer=_answer_to_first_command,
         unused={"coupling": NEEDS_MASTER},
     ),

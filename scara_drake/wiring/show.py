@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,13 @@ DRAWN = (
     "motion_master",
     "hand_target",
 )
+
+
+class Watching(Protocol):
+    """What looks at a run from outside, such as the operator's station."""
+
+    def add(self, builder: DiagramBuilder, scenario: Scenario, signals: Signals) -> None:
+        """Add to a Diagram what it needs; nothing may read what that computes."""
 
 
 def add_export(

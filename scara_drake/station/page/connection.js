@@ -23,7 +23,7 @@ export class Connection extends EventTarget {
     /** @type {WebSocket | null} */
     this.socket = null;
     this.wait = FIRST_WAIT;
-    this.heard = 0;
+    this.heard = Infinity; // when telemetry came last; before the run has begun there is none
     this.silent = false;
     this.over = false; // the run has ended: there is nothing to come back to
     setInterval(() => this.#watch(), 200);
@@ -36,7 +36,7 @@ export class Connection extends EventTarget {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
-      this.heard = performance.now();
+      this.heard = Infinity;
       this.#tell("open");
     };
     socket.onmessage = (message) => this.#receive(message.data);
@@ -58,12 +58,12 @@ export class Connection extends EventTarget {
 
   /** @param {string | ArrayBuffer} data */
   #receive(data) {
-    this.heard = performance.now();
     if (typeof data !== "string") {
       this.#tell("picture", data);
       return;
     }
     const message = JSON.parse(data);
+    if (message.type === "telemetry") this.heard = performance.now();
     if (message.type === "ended") this.over = true;
     this.#tell(message.type, message);
   }

@@ -57,9 +57,13 @@ export class StatusPanel {
     byId("task").hidden = !telemetry.task;
   }
 
-  /** Not connected: nothing is known. */
-  forget() {
-    this.#show("NONE", "NOT CONNECTED", "", "");
+  /**
+   * Nothing is known of the arm.
+   * @param {string} name
+   * @param {string} [words]
+   */
+  forget(name, words = "") {
+    this.#show("NONE", name, words, "");
     write(byId("side-operator"), "");
     write(byId("side-robot"), "");
   }
