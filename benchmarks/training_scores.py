@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 from collections import defaultdict
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -27,13 +28,15 @@ def trained(task: str, skill: str, round_trip: float, seed: int, duration: float
     half = f"!ConstantDelay {{delay: {round_trip / 2}}}"
     changes = {"duration": duration, "seed": seed, "channel.up": half, "channel.down": half}
     scenario = sd.load_scenario(task, changes | {"logging.period": 0.005})
-    scenario.operator = Trainee(skill, mapping=scenario.operator.mapping)
+    operator: Any = scenario.operator  # a training scene's is a joystick
+    scenario.operator = Trainee(skill, mapping=operator.mapping)
     return scenario
 
 
 def scored(scenario: Scenario, recording: xr.Dataset) -> tuple[float, float, float]:
     """Total, share done and seconds of a run."""
     found = sd.metrics.score(recording)
+    assert found is not None  # a training scene has a task
     return found.total, found.share, found.seconds
 
 
@@ -66,7 +69,7 @@ def main() -> None:
     options = parser.parse_args()
     print("| task | round trip [s] | skill | score, mean ± SD | least | done | time, median [s] |")
     print("|---|---|---|---|---|---|---|", flush=True)
-    found = defaultdict(list)
+    found: dict[tuple[str, str, float], list[tuple[float, float, float]]] = defaultdict(list)
     for (task, skill, round_trip, _), result in measure(options):
         rows = found[task, skill, round_trip]
         rows.append(result)
