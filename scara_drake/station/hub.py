@@ -36,6 +36,7 @@ class Facts(NamedTuple):
         blocks: the surfaces that are drawn.
         marks: what is drawn besides, see `marks`.
         delayed: whether a page sees the robot as late as the operator feels it, to begin with.
+        max_force: from which on the robot's supervisor backs off [N]; None where there is none.
     """
 
     scenario: str
@@ -43,6 +44,7 @@ class Facts(NamedTuple):
     blocks: list[Block]
     marks: list[Part]
     delayed: bool
+    max_force: float | None = None
 
 
 class Hub:
@@ -172,6 +174,7 @@ class Hub:
             "views": self._views,
             "delayed": client.delayed,
             "slow_scene": SLOW_SCENE,
+            "max_force": self._facts.max_force,
             "control": self._control(client),
         }
 

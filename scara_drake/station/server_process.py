@@ -96,6 +96,7 @@ async def serve(told: dict[str, Any], descriptor: int) -> None:
         blocks=read_blocks(told["text"]),
         marks=[Part(*mark)._replace(X=np.array(mark[3])) for mark in told["marks"]],
         delayed=told["delayed"],
+        max_force=told["max_force"],
     )
     hub = Hub(map_mailboxes(descriptor), facts)
     server = make_server(told, hub)
