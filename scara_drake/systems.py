@@ -82,6 +82,7 @@ __all__ = [
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
+    "TaskAnnotations",
     "ToolPosition",
     "TraineeSource",
 ]
