@@ -42,14 +42,17 @@ def distance(surface, p_W) -> float:
 def test_the_points_are_on_the_surface_that_may_be_touched(name):
     scenario = load_scenario(name)
     (surface,) = scenario.environment.surfaces
-    assert scenario.task.touchable() == {surface.name}
-    for point in scenario.task.points:
+    task = scenario.task
+    assert isinstance(task, TouchPoints | TraceLine)
+    assert task.touchable() == {surface.name}
+    for point in task.points:
         assert distance(surface, point) == pytest.approx(0.0, abs=1e-4)
 
 
 def test_the_way_into_the_box_is_free_and_beside_the_opening_is_not():
     scenario = load_scenario("reach_into_box")
     task, surfaces = scenario.task, scenario.environment.surfaces
+    assert isinstance(task, ReachInto)
     goal, opening = np.array(task.goal), np.array(task.opening)
     mouth = goal + task.depth_of(goal) * np.array(task.outward)
     for share in np.linspace(0.0, 1.0, 50):

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 PERIOD = 0.25  # of the pictures of a cut [s]
 SEGMENTS = 40  # of the mark around a pipe
 LINE = 0.006  # radius of a line [m]
-BAND = 0.008  # width of the mark around a pipe [m]
+BAND = 0.024  # width of the mark around a pipe [m]
 _ROOT = "task"
 
 
