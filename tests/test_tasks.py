@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
@@ -121,7 +123,7 @@ class Told:
 
 def test_the_mark_goes_dark_where_the_wall_is_cut():
     pipe, told = PipeCut(cells_around=SEGMENTS), Told()
-    system = TaskAnnotations(told, CutPipe(), pipe)
+    system = TaskAnnotations(cast(Meshcat, told), CutPipe(), pipe)
     context = system.CreateDefaultContext()
     cells = np.ones((pipe.cells_through, SEGMENTS))
     cells[:, 3] = 0.0
