@@ -155,6 +155,11 @@ class Scenario:
             )
         wiring_of(self).check(self)
 
+    @property
+    def sample_period(self) -> float:
+        """From sample to sample [s]: of a supervised run a tick, for what comes before a fault."""
+        return self.logging.period if self.supervision is None else self.time_step
+
     def seed_of(self, name: str) -> int:
         """Return the seed of a system that draws random numbers, by its name in the Diagram.
 

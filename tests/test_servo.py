@@ -185,9 +185,9 @@ def test_a_command_that_leads_back_moves_the_arm_again():
     assert np.all(steps <= DT * joints.MAX_SPEED * (1 + 1e-9))
 
 
-@pytest.mark.parametrize(("joints_", "least"), [("arm", 17), ("full", 18)])
+@pytest.mark.parametrize(("joints_", "least"), [("arm", 18), ("full", 20)])
 def test_nearly_every_posture_comes_back_from_where_it_was_held(joints_, least):
-    """20 random postures, sent 2 m away and called back; a trap at a singularity may remain."""
+    """20 random postures, sent 2 m away and called back; some start out of reach."""
     rng = np.random.default_rng(1)
     back, held = 0, 0
     low, high = np.array(joints.LOWER), np.array(joints.UPPER)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 
@@ -16,13 +17,18 @@ from scara_drake import metrics
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.summary import print_summary
 from scara_drake.metrics.scores import score_attributes
+from scara_drake.recordings.black_box import BlackBox
 from scara_drake.recordings.files import open_recording, save_journal
 from scara_drake.recordings.journal import Journal
+from scara_drake.recordings.samples import Keeper
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides
 from scara_drake.simulation.advance import Ended
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
 from scara_drake.simulation.run import Run
 from scara_drake.stability.foresee import foresee
+
+FAILED_RUN: Final = 1
+ARM_LOST: Final = 3
 
 
 def what_to_run(options: argparse.Namespace) -> tuple[Scenario, Path]:
@@ -66,6 +72,30 @@ def tell(
             print_summary(console, scenario, result, verdict)
             console.print(f"Recording: {record}")
     return verdict
+
+
+def tell_faults(console: Console, keeper: Keeper, record: Path) -> None:
+    """Write the seconds before each fault of a supervised run, and say where.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    if not isinstance(keeper, BlackBox):
+        return
+    for path in keeper.write(record):
+        console.print(f"Before a fault: {path}")
+    if keeper.missed:
+        console.print(f"{keeper.missed} faults more, of which only the recording tells.")
+
+
+def status_of(verdict: metrics.Verdict) -> int:
+    """Return the exit status: 0 where the arm did what it was told, 3 where it was lost, else 1.
+
+    Lost is also an arm that ended in a fault or an emergency stop, or without its command.
+    """
+    if verdict.good:
+        return 0
+    return ARM_LOST if verdict.lost else FAILED_RUN
 
 
 def end_by_signal(signals: DeferredInterrupt) -> None:

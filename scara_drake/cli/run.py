@@ -15,21 +15,23 @@ from scara_drake.cli.recorded import (
     keep,
     notes_told,
     recording_to,
+    status_of,
     tell,
+    tell_faults,
     what_to_run,
 )
 from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
 from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.scenario import Scenario
-from scara_drake.simulation.run import Live, check_engine, run_into
+from scara_drake.simulation.run import Live, check_engine, run_into, with_black_box
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
     """Simulate a scenario, draw it, write its recording and its page, and print the summary.
 
     Returns:
-        The exit status: 0 where the arm did what it was told, 1 where not, see `metrics.verdict`.
+        The exit status, see `recorded.status_of`.
 
     Raises:
         ValueError: bad input; one line.
@@ -47,9 +49,11 @@ def run(options: argparse.Namespace, console: Console) -> int:
             None if options.no_meshcat else _open_scene(options, scenario, console),
         )
         with notes_told():
-            ended = run_into(journal, scenario, live, True, signals, options.engine)
+            box = with_black_box(journal, scenario)
+            ended = run_into(box, scenario, live, True, signals, options.engine)
             keep(journal, record)
         verdict = tell(console, scenario, ended, record, signals)
+        tell_faults(console, box, record)
         if live.meshcat is not None and options.html:
             publish_recording(live.meshcat)
             save_html(live.meshcat, options.html)
@@ -57,7 +61,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
     end_by_signal(signals)
     if live.meshcat is not None and sys.stdin.isatty() and sys.stdout.isatty():
         console.input("Press Enter to close the scene. ")
-    return 0 if verdict.good else 1
+    return status_of(verdict)
 
 
 def _check_options(options: argparse.Namespace) -> None:

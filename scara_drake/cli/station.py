@@ -11,17 +11,20 @@ from importlib.util import find_spec
 from rich.console import Console
 
 from scara_drake.cli.kernels import compile_kernels
+from scara_drake.cli.parser import STATION_DURATION
 from scara_drake.cli.recorded import (
     end_by_signal,
     keep,
     notes_told,
     recording_to,
+    status_of,
     tell,
+    tell_faults,
     what_to_run,
 )
 from scara_drake.metrics import Verdict
 from scara_drake.scenario import Scenario
-from scara_drake.simulation.run import Live, run_into
+from scara_drake.simulation.run import Live, run_into, with_black_box
 from scara_drake.station.place import LOOPBACK, Place
 from scara_drake.station.station import Station
 
@@ -46,6 +49,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         OSError: nobody can listen there, or a file cannot be written.
     """
     scenario, record = what_to_run(options)
+    if options.duration is None and scenario.task is None:
+        scenario.duration = STATION_DURATION
     place = Place(options.host, options.port, options.tls_cert, options.tls_key)
     if not hasattr(scenario.operator, "lend"):
         kind = type(scenario.operator).__name__
@@ -61,14 +66,16 @@ def run(options: argparse.Namespace, console: Console) -> int:
                 time.sleep(LOOK)
             with notes_told():
                 live = Live(REALTIME, priority=True, station=station)
-                ended = run_into(journal, scenario, live, True, signals)
+                box = with_black_box(journal, scenario)
+                ended = run_into(box, scenario, live, True, signals)
                 keep(journal, record)
             verdict = tell(console, scenario, ended, record, signals)
+            tell_faults(console, box, record)
             station.end(verdict.good, _lines(scenario, verdict), [str(record)])
         finally:
             station.close()
     end_by_signal(signals)
-    return 0 if verdict.good else 1
+    return status_of(verdict)
 
 
 def _say_where(console: Console, station: Station, place: Place, quiet: bool) -> None:

@@ -23,6 +23,7 @@ from scara_drake.display.camera import show_whole
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.metrics.scores import score_attributes
+from scara_drake.recordings.black_box import BlackBox
 from scara_drake.recordings.recorder import metadata
 from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
@@ -165,7 +166,7 @@ def run_into(
         ValueError: a value is out of its bounds; nothing has been kept then.
         OSError: the journal cannot be written.
     """
-    live = live or Live()
+    live, keeper = live or Live(), with_black_box(keeper, scenario)
     rate, meshcat = live.realtime_rate, live.meshcat
     checks.number("realtime_rate", rate, 0.0, 100.0)
     check_engine(engine, live.seen)
@@ -195,6 +196,13 @@ def run_into(
         with _before_others(pacing, live.priority):
             ended = advance(keeper, drake, scenario, watch, pacing)
         return replace(ended, engine=DRAKE, engine_reason=reason)
+
+
+def with_black_box(keeper: Keeper, scenario: Scenario) -> Keeper:
+    """Return what also keeps the seconds before each fault of a supervised run."""
+    if scenario.supervision is None or isinstance(keeper, BlackBox):
+        return keeper
+    return BlackBox(keeper, scenario.logging.period)
 
 
 def check_engine(engine: str, seen: bool) -> None:

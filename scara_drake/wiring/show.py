@@ -54,7 +54,7 @@ def add_export(
     notes = _notes(answer, device_name(signals))
     origin = Origin(scenario.name, text, scenario.seed, surfaces, duration, notes)
     periodic = periods(signals)
-    add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
+    add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.sample_period)
     for name, port in signals.items():
         builder.ExportOutput(port, name)
 
