@@ -66,6 +66,7 @@ class AnythingGoes(RuleBasedStateMachine):
             robot_state=0.0,
             robot_reason=0.0,
             bad_samples=0.0,
+            reset=0.0,
             x=0.0,
         )
         self.rig.press("reset")
