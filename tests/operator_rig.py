@@ -20,7 +20,6 @@ from scara_drake.operator.supervisor import supervise
 from scara_drake.safety import Reason, State
 from scara_drake.vectors import (
     BUTTON_NAMES,
-    DEVICE_STATUS,
     LIVE_SETTINGS,
     NEUTRAL_SETTINGS,
     OPERATOR_BUTTONS,
@@ -74,47 +73,37 @@ class OperatorRig:
     def _values(self, names: tuple[str, ...]) -> np.ndarray:
         return np.array([self.now[name] for name in names], dtype=float)
 
-    def tick(self) -> None:
-        filter_step(
-            self._values(STICK_NAMES),
-            self._values(ORIENTATION_NAMES),
-            self._values(BUTTON_NAMES),
-            self.filtering,
-            self.samples,
-            self.operator_input,
+    def _ticks(self, count: int) -> None:
+        axes, orientation, buttons = map(
+            self._values, (STICK_NAMES, ORIENTATION_NAMES, BUTTON_NAMES)
         )
+        status, silence = self._values(DeviceStatus._fields), np.array([self.now["silence"]])
         ROBOT_REPORT.unpack(self.report).status[:] = self._values(SENT)
-        supervise(
-            self.operator_input,
-            DEVICE_STATUS.pack(**{name: self.now[name] for name in DEVICE_STATUS.slices}),
-            self.report,
-            np.array([self.now["silence"]]),
-            np.zeros(1),
-            self.supervision,
-            self.watch,
-            self.operator_status,
-        )
-        settings = NEUTRAL_SETTINGS._replace(motion_scale=self.now["motion_scale"])
-        map_supervised(
-            self.operator_input,
-            self.operator_status,
-            self.report,
-            LIVE_SETTINGS.pack(**settings._asdict()),
-            self.mapping,
-            self.motion,
-            self.tool_command,
-            self.mapped,
-        )
-        self.path.append(self.tool_command.copy())
-        self.time += PERIOD
+        scale = NEUTRAL_SETTINGS._replace(motion_scale=self.now["motion_scale"])
+        settings, zero = LIVE_SETTINGS.pack(**scale._asdict()), np.zeros(1)
+        seen, told, report = self.operator_input, self.operator_status, self.report
+        for _ in range(count):
+            filter_step(axes, orientation, buttons, self.filtering, self.samples, seen)
+            supervise(seen, status, report, silence, zero, self.supervision, self.watch, told)
+            map_supervised(
+                seen,
+                told,
+                report,
+                settings,
+                self.mapping,
+                self.motion,
+                self.tool_command,
+                self.mapped,
+            )
+            self.path.append(self.tool_command.copy())
+        self.time += count * PERIOD
 
     def run(self, seconds: float, **values: float) -> OperatorRig:
         """Set what is named, for a time and from then on."""
         wrong = values.keys() - self.now.keys()
         assert not wrong, wrong
         self.now |= values
-        for _ in range(round(seconds / PERIOD)):
-            self.tick()
+        self._ticks(round(seconds / PERIOD))
         return self
 
     def engage(self, **values: float) -> OperatorRig:

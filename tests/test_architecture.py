@@ -148,6 +148,12 @@ def test_the_replay_never_imports_drake(module):
     assert [name for name in sorted(reachable(module)) if needs_drake(MODULES[name])] == []
 
 
+def test_the_station_s_server_never_imports_drake():
+    found = reachable("station.server_process")
+    assert "station.hub" in found
+    assert [name for name in sorted(found) if needs_drake(MODULES[name])] == []
+
+
 def test_no_test_reaches_into_the_tree_beside_the_package():
     assert [name for name, found in IMPORTS.items() if {"tests", "benchmarks"} & found] == []
 

@@ -18,6 +18,7 @@ from virtual_pad import VirtualPad, load_sdl
 from scara_drake.common.fields import check
 from scara_drake.operator.devices import AxisMap, PygameDevice, Sample, find_device
 from scara_drake.operator.joystick import JoystickSource
+from scara_drake.safety import Reason, State
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
 
@@ -260,9 +261,9 @@ def test_source_follows_the_stick_through_a_run_and_holds_when_unplugged(pad: Vi
 
 def test_a_pad_lost_in_a_run_stops_the_mast_and_is_recorded(pad: VirtualPad) -> None:
     settings = {"operator.device": "joystick", "operator.axes.z": 3, "logging.period": 0.01}
-    scenario = load_scenario("free_motion", settings | {"duration": 0.6})
+    scenario = load_scenario("free_motion", settings | {"duration": 0.9})
     pad.axis(3, -1.0)  # a trigger at rest
-    moves = {0.1: lambda: pad.hat(0, 1), 0.3: pad.unplug}
+    moves = {0.15: lambda: pad.button(0, True), 0.2: lambda: pad.hat(0, 1), 0.5: pad.unplug}
     sample = PygameDevice.sample
 
     def scripted(device: PygameDevice) -> Sample:
@@ -281,9 +282,14 @@ def test_a_pad_lost_in_a_run_stops_the_mast_and_is_recorded(pad: VirtualPad) -> 
     np.testing.assert_array_equal(connected, np.arange(connected.size) < lost)
     assert recording.joystick_axes.sel(stick="mast_hat").values[lost - 1] == 1.0
     np.testing.assert_array_equal(recording.joystick_axes.values[lost:], 0.0)
+    np.testing.assert_array_equal(recording.operator_state.values[lost + 1 :], State.HOLD)
+    np.testing.assert_array_equal(recording.operator_reason.values[lost + 1 :], Reason.DEVICE_LOST)
     height = recording.p_WE_commanded.sel(axis="z").values
-    assert height[lost] > height[0] + 0.01
-    np.testing.assert_allclose(height[lost + 1 :], height[lost + 1], atol=1e-12)
+    assert height[lost] > height[0] + 0.03
+    rate = np.diff(height) / 0.01
+    assert rate.max() <= 0.2 + 1e-9
+    assert np.abs(np.diff(rate)).max() / 0.01 <= 1.0 + 1e-6  # brakes as fast as it may
+    np.testing.assert_allclose(height[lost + 30 :], height[-1], atol=1e-12)
 
 
 def test_the_recording_says_that_a_trace_was_played() -> None:

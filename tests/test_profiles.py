@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from strategies import examples
 
 from scara_drake.common.fields import check
+from scara_drake.operator.devices.inputs import LAYOUTS, SHORTEST, Use
 from scara_drake.operator.devices.profiles import (
     DEFAULT_PROFILES,
-    LAYOUTS,
     AxisMap,
-    Use,
     choose_profile,
     load_profile,
     profile_names,
@@ -28,14 +27,15 @@ unit = st.floats(-1.0, 1.0)
 
 @st.composite
 def uses(draw: st.DrawFn) -> Use:
-    low, rest, high = sorted(draw(st.lists(unit, min_size=3, max_size=3)))
-    if high - low < 1e-3:
-        low, high = -1.0, 1.0
-    rest = draw(st.sampled_from([low, rest, high]))
+    rest = draw(unit)
+    low = draw(st.floats(-1.0, rest - SHORTEST)) if rest > SHORTEST - 1.0 else rest
+    high = draw(st.floats(rest + SHORTEST, 1.0)) if rest < 1.0 - SHORTEST else rest
+    ends = draw(st.sampled_from([(low, high), (rest, high), (low, rest)]))
+    low, high = ends if ends[0] < ends[1] else (low, high)
     return Use(
         "axis0",
         low,
-        min(max(rest, low), high),
+        rest,
         high,
         draw(st.booleans()),
         draw(st.floats(0.0, 0.9)),
@@ -48,6 +48,7 @@ def uses(draw: st.DrawFn) -> Use:
 def test_an_axis_is_monotone_continuous_and_reaches_its_ends(
     use: Use, first: float, second: float
 ) -> None:
+    assume(min(w for w in (use.rest - use.low, use.high - use.rest) if w) >= SHORTEST)  # rounding
     check(use, "use")
     sign = -1.0 if use.invert else 1.0
     assert use.value(use.rest) == 0.0
@@ -153,6 +154,7 @@ def test_a_scenario_changes_single_axes() -> None:
         ("axes: {x: [{input: leftx}]}", r"axes\.x\[0\]\.input: 'leftx', allowed axis0, button0"),
         ("axes: {q: []}", r"axes\.q: unknown field, allowed x, y, z"),
         ("axes: {x: [{input: axis0, rest: 1.0, high: 0.5}]}", "allowed low <= rest <= high"),
+        ("axes: {x: [{input: axis0, low: -0.01}]}", "each end at rest or 0.05 away"),
         ("buttons: {engage: [throttle]}", r"buttons\.engage\[0\]: 'throttle', allowed axis0"),
         ("buttons: {engage: button0}", r"buttons\.engage: button0, allowed a list"),
         ("layout: wheel", "layout: 'wheel', allowed joystick, game_controller"),

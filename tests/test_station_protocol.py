@@ -94,7 +94,8 @@ def test_a_setting_is_taken_within_its_bounds_only(name: str) -> None:
     low, high = SETTINGS[name].lower, SETTINGS[name].upper
     for value in (low, high):
         assert parse(json.dumps({"type": "setting", "name": name, "value": value})) == (name, value)
-    for value in (math.nextafter(low, -1.0), math.nextafter(high, 100.0), True, None, "1"):
+    wrong: list[Any] = [math.nextafter(low, -1.0), math.nextafter(high, 100.0), True, None, "1"]
+    for value in wrong:
         with pytest.raises(ProtocolError, match=name):
             parse(json.dumps({"type": "setting", "name": name, "value": value}))
 

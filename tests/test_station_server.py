@@ -117,7 +117,7 @@ def test_a_page_is_greeted_and_shown_the_scene(station: Station) -> None:
         while len(page.pictures) < 2:
             page.hears("telemetry")
         for message in page.pictures[:2]:
-            assert any(path.startswith("/meshcat/robot/tool") for path in paths_of(message))
+            assert any(path.startswith("/meshcat/robot/link_1") for path in paths_of(message))
 
 
 def paths_of(picture: bytes) -> list[str]:

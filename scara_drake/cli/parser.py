@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+from scara_drake.cli.device_arguments import add_devices
 from scara_drake.cli.study_arguments import add_scenario, add_sweep, add_tune
 from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES
@@ -58,12 +59,14 @@ def make_parser() -> argparse.ArgumentParser:
         _add_compile,
         _add_show,
         _add_diagrams,
+        add_devices,
         _add_ik,
         add_tune,
         add_sweep,
         _add_replay,
         _add_recover,
         _add_compare,
+        _add_report,
         _add_export,
     ):
         add(commands)
@@ -104,9 +107,8 @@ def _add_station(commands: Any) -> None:
     parser.add_argument(
         "--duration",
         type=float,
-        default=STATION_DURATION,
         metavar="T",
-        help=f"of the run [s], which Ctrl-C ends before (default {STATION_DURATION:g})",
+        help=f"of the run [s] (default {STATION_DURATION:g}, or as long as a task takes)",
     )
     parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
     parser.add_argument(
@@ -174,6 +176,15 @@ def _add_compare(commands: Any) -> None:
         "--html", type=Path, metavar="FILE.html", help="page with the tables and the curves"
     )
     parser.set_defaults(module="scara_drake.cli.compare", extra="")
+
+
+def _add_report(commands: Any) -> None:
+    parser = commands.add_parser("report", help="after-action report of a recording, a page")
+    parser.add_argument("recording", type=Path, metavar="FILE.nc")
+    parser.add_argument(
+        "--html", type=Path, metavar="FILE.html", help="default: beside it, by its name"
+    )
+    parser.set_defaults(module="scara_drake.cli.report", extra="")
 
 
 def _add_export(commands: Any) -> None:

@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from rich.console import Console
 
 from scara_drake.cli.kernels import compile_kernels
+from scara_drake.cli.parser import STATION_DURATION
 from scara_drake.cli.recorded import (
     end_by_signal,
     keep,
@@ -48,6 +49,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         OSError: nobody can listen there, or a file cannot be written.
     """
     scenario, record = what_to_run(options)
+    if options.duration is None and scenario.task is None:
+        scenario.duration = STATION_DURATION
     place = Place(options.host, options.port, options.tls_cert, options.tls_key)
     if not hasattr(scenario.operator, "lend"):
         kind = type(scenario.operator).__name__

@@ -61,7 +61,7 @@ def tables(comparison: Comparison) -> str:
     if len(comparison.scenario):
         rows = [[str(name), *row] for name, row in comparison.scenario.iterrows()]
         parts.append("<h2>What differs in how they were made</h2>")
-        parts.append(_table(["field", *comparison.names], rows, "words"))
+        parts.append(table(["field", *comparison.names], rows, "words"))
     rows = [
         [
             f"{name} [{row.unit}]",
@@ -70,11 +70,11 @@ def tables(comparison: Comparison) -> str:
         for name, row in comparison.figures.iterrows()
     ]
     parts.append(f"<h2>Figures: {escape(report.figures_title(comparison))}</h2>")
-    parts.append(_table(["figure", *comparison.names], rows))
+    parts.append(table(["figure", *comparison.names], rows))
     for name, variables in comparison.variables.items():
         parts.append(f"<h2>{escape(report.variables_title(comparison, name))}</h2>")
         rows = [[each.name, *report.variable_cells(each)] for each in variables]
-        parts.append(_table([*report.VARIABLE_HEAD], rows, "words"))
+        parts.append(table([*report.VARIABLE_HEAD], rows, "words"))
     return "".join(parts)
 
 
@@ -90,17 +90,19 @@ def _summary(comparison: Comparison) -> str:
 def _plots(comparison: Comparison) -> Iterator[str]:
     for title, figure, missing in pictures(comparison.names, comparison.recordings):
         said = f'<p class="missing">{escape("; ".join(missing))}.</p>' if missing else ""
-        yield f"<h2>{escape(title)}</h2>{_image(figure, title)}{said}"
+        yield f"<h2>{escape(title)}</h2>{image(figure, title)}{said}"
 
 
-def _image(figure: Figure, title: str) -> str:
+def image(figure: Figure, title: str) -> str:
+    """Return a figure as HTML that holds it."""
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=DOTS_PER_INCH)
     data = base64.b64encode(file.getvalue()).decode()
     return f'<img alt="{escape(title)}" src="data:image/png;base64,{data}">'
 
 
-def _table(head: list[str], rows: list[list[str]], kind: str = "") -> str:
+def table(head: list[str], rows: list[list[str]], kind: str = "") -> str:
+    """Return a table as HTML, its cells escaped."""
     titles = "".join(f"<th>{escape(each)}</th>" for each in head)
     lines = "".join(
         "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows

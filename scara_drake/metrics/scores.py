@@ -95,9 +95,7 @@ class Score:
     def table(self) -> str:
         """The criteria with their points as JSON, a NaN as null."""
         rows = [asdict(each) | {"points": each.points} for each in self.criteria]
-        for row in rows:
-            row["value"] = row["value"] if math.isfinite(row["value"]) else None
-        return json.dumps(rows)
+        return json.dumps([{name: _told(value) for name, value in row.items()} for row in rows])
 
 
 def score(recording: xr.Dataset) -> Score | None:
@@ -126,7 +124,14 @@ def score_attributes(recording: xr.Dataset) -> dict[str, str | int | float]:
     found = score(recording)
     if found is None:
         return {}
-    return {"score": found.total, "score_table": found.table()}
+    return {"score": round(found.total, 3), "score_table": found.table()}
+
+
+def _told(value: Any) -> Any:
+    """What JSON says of a value: numbers to six digits, as engines differ by roundings."""
+    if not isinstance(value, float):
+        return value
+    return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def squared_force(recording: xr.Dataset) -> float:

@@ -15,7 +15,7 @@ from scara_drake.operator.skills import leg_of, person_of
 
 Array = NDArray[np.float64]
 
-NEAR: Final = 0.015  # [m], from here on a surface is approached in small moves
+NEAR: Final = 0.01  # [m], from here on a surface is approached in small moves
 TOUCHED: Final = 0.5  # [N], what is felt as touch
 BACK: Final = 1.5  # times the force that stops the advance: he backs off
 ENOUGH: Final = 0.5  # of a leg's force: it is pressed on

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
-from scara_drake.common.block import Block, Declaration, Memory
+from scara_drake.common.block import Block
 from scara_drake.common.fields import choice, number
 from scara_drake.common.resources import resource
 from scara_drake.operator.devices import (
@@ -25,9 +24,9 @@ from scara_drake.operator.devices import (
 from scara_drake.operator.devices.profiles import load_profile, profile_names
 from scara_drake.operator.live_stick import LiveStick
 from scara_drake.operator.mapping import JoystickMapping, initial_command
-from scara_drake.operator.trace import CLOCK_TOLERANCE, Trace, load_operator
-from scara_drake.operator.trace_columns import SAID, by_default, said_of
-from scara_drake.vectors import device_status_of
+from scara_drake.operator.played_trace import check_trace, played
+from scara_drake.operator.trace import Trace, load_operator
+from scara_drake.operator.trace_columns import by_default
 
 Array = NDArray[np.float64]
 TraceArrays: TypeAlias = tuple[ArrayLike, ArrayLike] | Trace
@@ -165,51 +164,6 @@ class Joystick:
         return JoystickSource(trace, self.sample_period, f"trace {path.name}")
 
 
-@njit(cache=True)
-def hold_sample(sample: Array, axes: Array) -> None:
-    """Write a sample, clipped, into the axes (5,); leave them as they are if it is not finite."""
-    if np.isfinite(sample).all():
-        for i in range(axes.size):
-            axes[i] = min(max(sample[i], -1.0), 1.0)
-
-
-@njit(cache=True)
-def row_at(t: float, times: Array) -> int:
-    """Return the last row of a trace that is not later than `t` [s], or its first row."""
-    row = int(np.searchsorted(times, t + CLOCK_TOLERANCE, side="right")) - 1
-    return max(row, 0)
-
-
-@njit(cache=True)
-def play_trace(t: float, times: Array, rows: Array, joystick_axes: Array) -> None:
-    """Hold the last row (5,) of a trace that is not later than `t` [s], or its first row."""
-    hold_sample(rows[row_at(t, times)], joystick_axes)
-
-
-@njit(cache=True)
-def play_operator(
-    t: float,
-    times: Array,
-    rows: Array,
-    said: Array,
-    joystick_axes: Array,
-    orientation_axes: Array,
-    operator_buttons: Array,
-    device_connected: Array,
-    device_status: Array,
-    live_settings: Array,
-) -> None:
-    """Hold that row (5,) and what the device said beside its stick, the row (18,) of `said`."""
-    row = row_at(t, times)
-    hold_sample(rows[row], joystick_axes)
-    r = said_of(said[row])
-    orientation_axes[:] = r.orientation
-    operator_buttons[:] = r.buttons
-    device_connected[0] = device_status_of(r.status).connected
-    device_status[:] = r.status
-    live_settings[:] = r.settings
-
-
 class JoystickSource(Block):
     """Samples a joystick every `period` [s]; between samples it holds.
 
@@ -260,7 +214,7 @@ class JoystickSource(Block):
         self.clock: WallClock | None = None
         self._device: Device | None = None
         if isinstance(source, tuple):
-            declaration = _played(_check_trace(*source), period)
+            declaration = played(check_trace(*source), period)
         else:
             self.clock = WallClock()
             declaration = LiveStick(source, self.clock).declaration(period)
@@ -272,45 +226,3 @@ class JoystickSource(Block):
         """Let go of the device, if there is one: its motors stop. Call it after the last run."""
         if self._device is not None:
             self._device.close()
-
-
-def _played(trace: Trace, period: float) -> Declaration:
-    times, rows, said = trace
-    initial = np.zeros(rows.shape[1])
-    hold_sample(rows[0], initial)
-    axes = Memory(initial, port=True)
-    if said is None:
-        return Declaration(
-            memory={"joystick_axes": axes},
-            parameters={"times": times, "rows": rows},
-            period=period,
-            update=play_trace,
-        )
-    first = SAID.unpack(said[0])
-    return Declaration(
-        memory={
-            "joystick_axes": axes,
-            "orientation_axes": Memory(first.orientation, port=True),
-            "operator_buttons": Memory(first.buttons, port=True),
-            "device_connected": Memory(first.status[:1], port=True),
-            "device_status": Memory(first.status, port=True),
-            "live_settings": Memory(first.settings, port=True),
-        },
-        parameters={"times": times, "rows": rows, "said": said},
-        period=period,
-        update=play_operator,
-    )
-
-
-def _check_trace(times: ArrayLike, axes: ArrayLike, said: ArrayLike | None = None) -> Trace:
-    t, a = np.array(times, dtype=np.float64), np.array(axes, dtype=np.float64)
-    if t.ndim != 1 or t.size == 0 or a.shape != (t.size, 5):
-        raise ValueError(f"trace: shapes {t.shape} and {a.shape}, allowed (n,) and (n, 5), n > 0")
-    if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
-        raise ValueError("trace: times that are not finite and increasing, allowed such times only")
-    if said is None:
-        return Trace(t, a)
-    more = np.array(said, dtype=np.float64)
-    if more.shape != (t.size, SAID.size) or not np.isfinite(more).all():
-        raise ValueError(f"trace: further columns {more.shape}, allowed ({t.size}, {SAID.size})")
-    return Trace(t, a, more)

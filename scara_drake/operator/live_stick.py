@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scara_drake.common.block import Declaration, Memory
 from scara_drake.common.layout import Cell, Layout
 from scara_drake.operator.devices import Device, Sample, WallClock
-from scara_drake.operator.devices.profiles import DOWN, REST_ZONE
+from scara_drake.operator.devices.inputs import DOWN, REST_ZONE
 from scara_drake.operator.devices.sample import SHAPES, is_good
 from scara_drake.vectors import (
     DEVICE_STATUS,

@@ -77,7 +77,7 @@ class Skill:
     reaction: float = number(0.2, "s", 0.0, 1.0)
     max_speed: float = number(0.25, "m/s", 1e-3, 2.0)
     near_speed: float = number(0.05, "m/s", 1e-3, 2.0)
-    approach: float = number(0.002, "m", 1e-5, 0.1)
+    approach: float = number(0.0025, "m", 1e-5, 0.1)
     haste: float = number(1.0, "1", 0.1, 10.0)
     patience: float = number(1.0, "1", 0.0, 2.0)
     correction: float = number(0.95, "1", 0.1, 3.0)

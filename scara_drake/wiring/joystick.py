@@ -21,6 +21,11 @@ from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.wiring import Signals, link_signals, outputs
 from scara_drake.wiring.feeling import add_feeling
 from scara_drake.wiring.robot import add_supervised_remote
+from scara_drake.wiring.supervised import (
+    add_supervised_mapping,
+    return_report,
+    with_supervision,
+)
 
 if TYPE_CHECKING:
     from scara_drake.operator.devices import Device
@@ -37,12 +42,19 @@ def add_joystick(
     """Add the operator's side, the channel both ways and the inverse kinematics."""
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     device = operator.open_device()
-    source = operator.make_source(device)
+    supervised = device is not None or scenario.supervision is not None
+    source = operator.make_source(device, supervised)
     _say_who_commands(source.device_name, device is None and operator.device == "auto")
     joystick = builder.AddNamedSystem("joystick", source)
-    signals = signals | dict(outputs(joystick))
-    signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
-    return add_remote(builder, scenario, operator.first_command(), q_start, signals, device)
+    signals, first = signals | dict(outputs(joystick)), operator.first_command()
+    if not supervised:
+        signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
+        return add_remote(builder, scenario, first, q_start, signals)
+    scenario = with_supervision(scenario)
+    signals = add_supervised_mapping(builder, scenario, device is not None, signals)
+    signals = add_remote(builder, scenario, first, q_start, signals, device)
+    return_report(builder, signals)
+    return signals
 
 
 def add_mapping(

@@ -36,8 +36,9 @@ from scara_drake.vectors import (
     TOOL_COMMAND,
     pose_vector,
 )
-from scara_drake.wiring import Signals, connect_by_name, link_signals, outputs
-from scara_drake.wiring.feeling import add_feeling
+from scara_drake.wiring import Signals, connect_by_name, outputs
+from scara_drake.wiring.feeling import add_supervised_feeling
+from scara_drake.wiring.live import add_live_delay
 
 if TYPE_CHECKING:
     from scara_drake.operator.devices import Device
@@ -69,7 +70,7 @@ def add_supervised_remote(
     signals = signals | _uplink(builder, scenario, command, signals)
     signals = signals | _robot(builder, scenario, command, q_start, signals)
     signals = signals | _downlink(builder, scenario, q_start, signals)
-    signals = signals | add_feeling(builder, scenario, signals["f_haptic"], device)
+    signals = signals | add_supervised_feeling(builder, scenario, signals, device)
     if "f_env_on_tool_W" in signals and "tool_command" in signals:
         energy = builder.AddNamedSystem(
             "channel_energy", ChannelEnergy(command, scenario.time_step)
@@ -110,14 +111,16 @@ def _uplink(
         "uplink", link.make_system(first, period, scenario.seed_of("uplink"))
     )
     builder.Connect((signals | made)["command_frame"], uplink.get_input_port())
-    made["command_frame_received"] = uplink.GetOutputPort("signal_received")
+    made["command_frame_received"], told = add_live_delay(
+        builder, "up", uplink, first, period, signals
+    )
     splitter = builder.AddNamedSystem("command_split", CommandFrameSplitter())
     made |= connect_by_name(builder, splitter, made)
     watch = builder.AddNamedSystem("link_watch", LinkWatch(_of(scenario).robot, period))
     for port, name in (("age_of_information", "age"), ("delay", "delay")):
         if uplink.HasOutputPort("age_of_information"):
             builder.Connect(uplink.GetOutputPort(port), watch.GetInputPort(name))
-    return made | dict(outputs(watch)) | link_signals(uplink, "up")
+    return made | dict(outputs(watch)) | told
 
 
 def _status(builder: DiagramBuilder, signals: Signals) -> Signals:
@@ -178,10 +181,12 @@ def _downlink(
         "downlink", link.make_system(first, period, scenario.seed_of("downlink"))
     )
     builder.Connect(made["robot_report"], downlink.get_input_port())
-    made["robot_report_received"] = downlink.GetOutputPort("signal_received")
+    made["robot_report_received"], told = add_live_delay(
+        builder, "down", downlink, first, period, signals
+    )
     splitter = builder.AddNamedSystem("report_split", RobotReportSplitter())
     made |= connect_by_name(builder, splitter, made)
-    return made | link_signals(downlink, "down")
+    return made | told
 
 
 def _of(scenario: Scenario) -> Supervision:

@@ -15,6 +15,7 @@ from scara_drake.display.scene import add_visualization
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
 from scara_drake.wiring import Signals, plant_of
+from scara_drake.wiring.supervised import with_supervision
 
 if TYPE_CHECKING:
     from scara_drake.ik.result import IkResult
@@ -47,6 +48,8 @@ def add_export(
     The recording also says how the first posture was found, if it was.
     """
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
+    if builder.HasSubsystemNamed("operator_supervisor"):
+        scenario = with_supervision(scenario)  # that a live device has, so that it runs again
     text, duration = dump_scenario(scenario), scenario.duration
     notes = _notes(answer, device_name(signals))
     origin = Origin(scenario.name, text, scenario.seed, surfaces, duration, notes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -12,10 +11,11 @@ from typing import Final
 import numpy as np
 
 from scara_drake.common import checks
-from scara_drake.common.fields import check, choice, number
+from scara_drake.common.fields import check, choice
 from scara_drake.common.resources import resource
 from scara_drake.common.schema import build
 from scara_drake.common.yaml_text import read_yaml
+from scara_drake.operator.devices.inputs import DOWN, LAYOUTS, MAX_INDEX, REST_ZONE, Use
 from scara_drake.operator.devices.sample import AXIS_LIMIT, Sample
 from scara_drake.vectors import (
     BUTTON_NAMES,
@@ -25,81 +25,6 @@ from scara_drake.vectors import (
     ORIENTATION_NAMES,
     STICK_NAMES,
 )
-
-MAX_INDEX = 63  # of an axis, a button or a hat: more than any joystick has
-REST_ZONE = 0.1  # of the travel: where an axis counts as let go; worn sticks rest at up to 0.08
-DOWN = 0.5  # an input from here on is a pressed button
-
-_JOYSTICK = r"axis\d{1,2}|button\d{1,2}|hat\d{1,2}_[xy]"
-# SDL's names, see SDL_GameControllerGetStringForAxis and its like for buttons.
-CONTROLLER_AXES: Final = ("leftx", "lefty", "rightx", "righty", "lefttrigger", "righttrigger")
-CONTROLLER_BUTTONS: Final = (
-    *("a", "b", "x", "y", "back", "guide", "start", "leftstick", "rightstick"),
-    *("leftshoulder", "rightshoulder", "dpup", "dpdown", "dpleft", "dpright"),
-)
-# What the inputs of a layout may be called, in words and as a pattern.
-LAYOUTS: Final[dict[str, tuple[str, str]]] = {
-    "joystick": ("axis0, button0, hat0_x, hat0_y and so on", _JOYSTICK),
-    "game_controller": (
-        f"{', '.join((*CONTROLLER_AXES, *CONTROLLER_BUTTONS))}, or those of a joystick",
-        "|".join((*CONTROLLER_AXES, *CONTROLLER_BUTTONS, _JOYSTICK)),
-    ),
-    "keyboard": ("names of keys: a, 1, space, left, kp8 and so on", r"[a-z0-9_]{1,16}"),
-    "spacemouse": (
-        "x, y, z, roll, pitch, yaw, button0 and so on",
-        r"[xyz]|roll|pitch|yaw|button\d+",
-    ),
-}
-
-
-@dataclass
-class Use:
-    """An input and how it moves an axis: 0 at rest, to 1 at `high` and to -1 at `low`.
-
-    Attributes:
-        input: its name, see `LAYOUTS`.
-        low: what it reads at one end; where it rests there, as a trigger does, it moves one way.
-        rest: what it reads when it is let go.
-        high: what it reads at the other end.
-        invert: the other way round.
-        dead_zone: share of the travel around rest that does nothing; the others fill its place.
-        expo: 0 is linear, 1 the cube: fine around rest, the ends as before.
-    """
-
-    input: str = ""
-    low: float = number(-1.0, "1", -1.0, 1.0)
-    rest: float = number(0.0, "1", -1.0, 1.0)
-    high: float = number(1.0, "1", -1.0, 1.0)
-    invert: bool = False
-    dead_zone: float = number(0.0, "1", 0.0, 0.9)
-    expo: float = number(0.0, "1", 0.0, 1.0)
-
-    def check_together(self, name: str) -> None:
-        """Check that rest is between the ends.
-
-        Raises:
-            ValueError: it is not, or there is no way to go.
-        """
-        if not (self.low <= self.rest <= self.high and self.low < self.high):
-            raise ValueError(
-                f"{name}: low {self.low:g}, rest {self.rest:g}, high {self.high:g}, allowed "
-                "low <= rest <= high, and low < high"
-            )
-
-    def value(self, raw: float) -> float:
-        """Return the axis, -1 to 1, for what the input reads; what is none is passed on as it is.
-
-        With ``v`` the share of the way to the end, ``w = (|v| - dead_zone) / (1 - dead_zone)``
-        beyond the dead zone and 0 within, it is ``sign(v) ((1 - expo) w + expo w^3)``.
-        """
-        if not abs(raw) <= AXIS_LIMIT:  # NaN too
-            return raw
-        way = raw - self.rest
-        span = self.high - self.rest if way > 0.0 else self.rest - self.low
-        share = min(abs(way) / span, 1.0) if span > 0.0 else 0.0
-        share = max(share - self.dead_zone, 0.0) / (1.0 - self.dead_zone)
-        share = (1.0 - self.expo) * share + self.expo * share**3
-        return math.copysign(share, -way if self.invert else way)
 
 
 @dataclass

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any, Final, NamedTuple
 
-from scara_drake.operator.devices.profiles import CONTROLLER_AXES
+from scara_drake.operator.devices.inputs import CONTROLLER_AXES
 from scara_drake.operator.devices.sample import NoDeviceError
 
 FULL = 32767  # of an axis of SDL's game controllers
@@ -115,6 +115,18 @@ class Sdl:
         if one.controller is None:
             return None
         return self._controller_reader(one.controller, name)
+
+    def inputs(self, one: Plugged) -> dict[str, float]:
+        """Return what all inputs of a joystick read, by the names of layout joystick."""
+        joystick = one.joystick
+        axes = {f"axis{k}": joystick.get_axis(k) for k in range(joystick.get_numaxes())}
+        buttons = {f"button{k}": joystick.get_button(k) for k in range(joystick.get_numbuttons())}
+        hats = {
+            f"hat{k}_{way}": value
+            for k in range(joystick.get_numhats())
+            for way, value in zip("xy", joystick.get_hat(k), strict=True)
+        }
+        return {name: float(value) for name, value in (axes | buttons | hats).items()}
 
     def _controller_reader(self, controller: Any, name: str) -> Callable[[], float] | None:
         if name not in controller.get_mapping():

@@ -133,8 +133,10 @@ def names(library: Any = None) -> list[str]:
     library = library or _load()
     try:
         return list(library.get_connected_devices())
-    except (RuntimeError, AttributeError, OSError) as error:
-        raise NoDeviceError(f"hidapi, which reads it, cannot be loaded ({error})") from None
+    except (RuntimeError, AttributeError, OSError):
+        raise NoDeviceError(
+            "the system's library hidapi cannot be loaded (Debian: libhidapi-hidraw0)"
+        ) from None
 
 
 def _open(library: Any, index: int) -> Any:
