@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import chromium, count_hue, needs_chromium
+from browser import CHROMIUM, chromium, count_hue, needs_chromium
 from page_rig import Rig
 from page_rig import rig as station
 from PIL import Image
@@ -41,6 +41,15 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
+def plain(browser: Any) -> Iterator[Any]:
+    """A browser that draws no scene: quick, and the page has to do without."""
+    arguments = ["--no-sandbox", "--disable-3d-apis"]
+    one = browser.browser_type.launch(executable_path=CHROMIUM, args=arguments)
+    yield one
+    one.close()
+
+
+@pytest.fixture(scope="module")
 def server() -> Iterator[Rig]:
     with station() as one:
         yield one
@@ -54,17 +63,18 @@ def rig(server: Rig) -> Rig:
 
 
 @pytest.fixture
-def opened(browser: Any, rig: Rig) -> Iterator[Callable[..., Any]]:
+def opened(browser: Any, plain: Any, rig: Rig) -> Iterator[Callable[..., Any]]:
     """Opens pages, as different people would; no error of a script goes unseen."""
     contexts, errors = [], []
 
-    def open_one(script: str = "", width: int = 920, height: int = 560, url: str = rig.url) -> Any:
-        contexts.append(browser.new_context(viewport={"width": width, "height": height}))
+    def open_one(script: str = "", size: tuple[int, int] = (920, 560), draws: bool = False) -> Any:
+        viewport = {"width": size[0], "height": size[1]}
+        contexts.append((browser if draws else plain).new_context(viewport=viewport))
         page = contexts[-1].new_page()
         page.set_default_timeout(1000.0 * PATIENCE)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.add_init_script(script)
-        page.goto(url)
+        page.goto(rig.url)
         page.wait_for_selector("body[data-online=true]")
         return page
 
@@ -286,8 +296,8 @@ def test_each_reason_is_told_in_words_with_its_remedy(rig: Rig, opened: Callable
     shows(page, "#log", MEANINGS[Reason.OVER_FORCE].says)
 
 
-def test_a_wrong_token_sees_nothing(rig: Rig, browser: Any) -> None:
-    page = browser.new_page()
+def test_a_wrong_token_sees_nothing(rig: Rig, plain: Any) -> None:
+    page = plain.new_page()
     wrong = rig.url[:-3] + ("a/" if rig.url[-2] != "a" else "b/")  # in its last letter
     for name in ("", "main.js", "viewer.js", "ws"):
         assert page.request.get(wrong + name).status == 404
@@ -306,7 +316,7 @@ def test_a_wrong_token_sees_nothing(rig: Rig, browser: Any) -> None:
 def test_it_fits_the_screen_and_shows_the_robot(
     rig: Rig, opened: Callable[..., Any], tmp_path: Any, width: int, height: int
 ) -> None:
-    page = opened(width=width, height=height)
+    page = opened(size=(width, height), draws=True)
     page.wait_for_function(
         "() => document.getElementById('lag').textContent !== '-'"
     )  # it was drawn
@@ -336,8 +346,8 @@ def test_all_can_be_done_with_the_keyboard_and_has_a_name(opened: Callable[..., 
 
 
 @pytest.mark.slow
-def test_a_lost_server_is_told_and_its_return_engages_nobody(browser: Any) -> None:
-    page = browser.new_page()
+def test_a_lost_server_is_told_and_its_return_engages_nobody(plain: Any) -> None:
+    page = plain.new_page()
     page.set_default_timeout(1000.0 * PATIENCE)
     with station() as rig:
         page.goto(rig.url)
