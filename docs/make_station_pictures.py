@@ -97,7 +97,7 @@ def main() -> None:
     frames = Frames()
     with tempfile.TemporaryDirectory() as folder:
         scenario = pressing(Path(folder))
-        Simulator(make_diagram(scenario, station=frames)).AdvanceTo(END)  # type: ignore[arg-type]
+        Simulator(make_diagram(scenario, station=frames)).AdvanceTo(END)
         station, done = Station(scenario, Place()), threading.Event()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(

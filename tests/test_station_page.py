@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -110,6 +111,14 @@ def shows(page: Any, selector: str, words: str) -> None:
     page.locator(selector).get_by_text(words).first.wait_for()
 
 
+def is_down(rig: Rig, name: str) -> bool:
+    return rig.buttons()[name]
+
+
+def is_up(rig: Rig, name: str) -> bool:
+    return not rig.buttons()[name]
+
+
 def was_said(page: Any, name: str) -> bool:
     return bool(page.evaluate("name => said.some((one) => one.buttons[name])", name))
 
@@ -204,13 +213,13 @@ def test_the_stick_on_the_screen_and_its_buttons(rig: Rig, opened: Callable[...,
     for name in ("engage", "clutch"):  # held
         page.hover(f"#{name}")
         page.mouse.down()
-        until(page, lambda name=name: rig.buttons()[name])
+        until(page, partial(is_down, rig, name))
         page.mouse.up()
-        until(page, lambda name=name: not rig.buttons()[name])
+        until(page, partial(is_up, rig, name))
     for name in ("hold", "reset", "estop"):  # for a moment
         page.click(f"#{name}")
-        until(page, lambda name=name: was_said(page, name))
-        until(page, lambda name=name: not rig.buttons()[name])
+        until(page, partial(was_said, page, name))
+        until(page, partial(is_up, rig, name))
 
 
 def test_sliders_act_and_follow(rig: Rig, opened: Callable[..., Any]) -> None:
