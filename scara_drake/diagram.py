@@ -20,16 +20,20 @@ from scara_drake.wiring import Signals
 from scara_drake.wiring.control import add_control, add_drives, add_forces
 from scara_drake.wiring.operators import add_operator, start_answer, start_posture
 from scara_drake.wiring.plant import add_plant
-from scara_drake.wiring.show import add_export, add_scene
+from scara_drake.wiring.robot import add_watch_over_efforts
+from scara_drake.wiring.show import Watching, add_export, add_scene
 
+PARTS = (add_plant, add_operator, add_control, add_watch_over_efforts, add_drives, add_forces)
 __all__ = ["make_diagram", "start_posture"]
 
 
-def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
+def make_diagram(
+    scenario: Scenario, meshcat: Meshcat | None = None, station: Watching | None = None
+) -> Diagram:
     """Build the Diagram of a scenario; every system and exported port is named.
 
     The scenario is not changed. With a meshcat the Diagram also draws itself there; what it
-    computes stays the same to the bit.
+    computes stays the same to the bit. So it does with a station, which adds what it shows.
 
     Raises:
         ValueError: the scenario is not valid, or its first tool command cannot be reached.
@@ -38,9 +42,11 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> Diagram:
     builder, answer = DiagramBuilder(), start_answer(scenario)
     q_start = start_posture(scenario) if answer is None else answer.q
     signals: Signals = {}
-    for add in (add_plant, add_operator, add_control, add_drives, add_forces):
+    for add in PARTS:
         signals = add(builder, scenario, q_start, signals)
     add_export(builder, scenario, answer, signals)
+    if station is not None:
+        station.add(builder, scenario, signals)
     if meshcat is not None:
         add_scene(builder, scenario, signals, meshcat)
     diagram = builder.Build()

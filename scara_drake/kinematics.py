@@ -21,6 +21,9 @@ D3 = 0.750
 A4 = 0.820
 D6 = 0.730
 REACH = D3 + A4 + D6
+# The beam stays horizontal: the tool reaches every point within A4 + D6 of a circle of radius D3
+# around the mast. It is kept this far from the edge, where the arm loses a direction of motion.
+REACH_LIMIT = 0.98 * (A4 + D6)  # [m]
 
 
 @njit(cache=True)
@@ -160,6 +163,24 @@ def quaternion_from_rotation_kernel(R: Array, quaternion: Array) -> None:
         x[0], y[0] = R[0, 2] + R[2, 0], R[1, 2] + R[2, 1]
     length = np.sqrt((quaternion**2).sum())
     quaternion /= length if w[0] >= 0.0 else -length
+
+
+@njit(cache=True)
+def draw_into_reach(p: Array) -> bool:
+    """Move a point (3,) relative to the arm's base back into its reach; return whether it was out.
+
+    The point goes straight towards the nearest point of the circle that the end of the beam can
+    be on, and stops at `REACH_LIMIT` from it.
+    """
+    radius = np.sqrt(p[0] * p[0] + p[1] * p[1])
+    x = D3 * p[0] / radius if radius > 0.0 else D3
+    y = D3 * p[1] / radius if radius > 0.0 else 0.0
+    distance = np.sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + p[2] ** 2)
+    if distance <= REACH_LIMIT:
+        return False
+    share = REACH_LIMIT / distance
+    p[0], p[1], p[2] = x + share * (p[0] - x), y + share * (p[1] - y), share * p[2]
+    return True
 
 
 @njit(cache=True)

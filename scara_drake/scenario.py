@@ -17,8 +17,9 @@ from scara_drake.common import checks
 from scara_drake.common.checks import shown
 from scara_drake.common.fields import check, check_sampling, number, resolve_files
 from scara_drake.common.overrides import override
-from scara_drake.common.resources import resource
 from scara_drake.common.schema import build, changed_yaml, yaml_of
+from scara_drake.common.shipped import find_scenario
+from scara_drake.common.shipped import scenario_names as scenario_names
 from scara_drake.common.yaml_text import read_yaml
 from scara_drake.control.contract import ControllerPart, check_controller
 from scara_drake.control.governor import ReferenceGovernor
@@ -44,7 +45,9 @@ from scara_drake.operator.master import Master
 from scara_drake.operator.trainee import Trainee
 from scara_drake.plant.drives import Drives
 from scara_drake.plant.perturbation import JointPerturbation
+from scara_drake.recordings.logging_part import Logging
 from scara_drake.robot import RobotModel
+from scara_drake.supervision.config import Supervision
 from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
@@ -61,17 +64,6 @@ STREAMS = ("uplink", "downlink", "encoder", "view")
 
 class UnusedSetting(UserWarning):
     """A field was set that does nothing in this scenario."""
-
-
-@dataclass
-class Logging:
-    """What a run records.
-
-    Attributes:
-        period: from sample to sample.
-    """
-
-    period: float = number(1e-3, "s", 1e-3, 1.0)
 
 
 @dataclass(repr=False)
@@ -103,6 +95,7 @@ class Scenario:
         task: what the operator is asked to do.
         haptics: from the force to the motors of a joystick.
         kinesthetic: from the force to a device that pushes back.
+        supervision: of the operator and of the robot, which then stop by themselves.
         logging: what is recorded.
     """
 
@@ -126,6 +119,7 @@ class Scenario:
     task: Task | None = None
     haptics: HapticMapping = field(default_factory=HapticMapping)
     kinesthetic: KinestheticMapping | None = None
+    supervision: Supervision | None = None
     logging: Logging = field(default_factory=Logging)
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -160,6 +154,11 @@ class Scenario:
                 "task", self.environment.names(), self.environment.cut is not None
             )
         wiring_of(self).check(self)
+
+    @property
+    def sample_period(self) -> float:
+        """From sample to sample [s]: of a supervised run a tick, for what comes before a fault."""
+        return self.logging.period if self.supervision is None else self.time_step
 
     def seed_of(self, name: str) -> int:
         """Return the seed of a system that draws random numbers, by its name in the Diagram.
@@ -213,7 +212,7 @@ def read_scenario(
     Raises:
         ValueError: as there.
     """
-    path = _find(name_or_path)
+    path = find_scenario(name_or_path)
     file = shown(path.name, quotes=False)
     try:
         data = read_yaml(path.read_text(encoding="utf-8"), file)
@@ -254,25 +253,3 @@ def parse_overrides(settings: list[str]) -> dict[str, Any]:
             raise ValueError(f"--set: {shown(setting)}, allowed KEY=VALUE")
         pairs[key] = value
     return pairs
-
-
-def scenario_names() -> list[str]:
-    """Return the names of the shipped scenarios, but for those of `training_names`."""
-    return sorted(path.stem for path in resource("diagrams").glob("*.yaml"))
-
-
-def training_names() -> list[str]:
-    """Return the names of the shipped scenarios that have a task for an operator."""
-    return sorted(path.stem for path in resource("diagrams", "training").glob("*.yaml"))
-
-
-def _find(name_or_path: str | Path) -> Path:
-    path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml"):
-        if not path.is_file():
-            raise ValueError(f"scenario: {shown(str(path))}, allowed a YAML file that exists")
-        return path
-    training = training_names()
-    checks.choice("scenario", str(name_or_path), [*scenario_names(), *training])
-    folder = ("diagrams", "training") if str(name_or_path) in training else ("diagrams",)
-    return resource(*folder, f"{name_or_path}.yaml")

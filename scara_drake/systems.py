@@ -15,6 +15,7 @@ from scara_drake.coupling.ends import MasterEnd, SlaveEnd
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.environment import ImpedanceContact, PipeCutting
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.operator.buzz import Buzz, FeltForce
 from scara_drake.operator.external import ExternalSource
 from scara_drake.operator.haptics import HapticOutput
 from scara_drake.operator.joint_motion import JointMotionSource
@@ -22,6 +23,9 @@ from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.operator.master import SimulatedMaster
+from scara_drake.operator.stick_filter import StickFilter
+from scara_drake.operator.supervised_mapping import SupervisedMapping
+from scara_drake.operator.supervisor import OperatorSupervisor
 from scara_drake.operator.trainee import ToolPosition, TraineeSource
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
@@ -30,15 +34,31 @@ from scara_drake.plant.joint_forces import JointForces
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer
+from scara_drake.supervision.arm_watch import ArmWatch
+from scara_drake.supervision.energy import ChannelEnergy
+from scara_drake.supervision.frames import (
+    CommandFramePacker,
+    CommandFrameSplitter,
+    RobotReportPacker,
+    RobotReportSplitter,
+)
+from scara_drake.supervision.link_watch import LinkWatch
+from scara_drake.supervision.robot import RobotSupervisor
 
 __all__ = [
     "ActuatorLagSystem",
+    "ArmWatch",
+    "Buzz",
+    "ChannelEnergy",
+    "CommandFramePacker",
+    "CommandFrameSplitter",
     "CommandWatchSystem",
     "ContactForceEstimator",
     "ContinuousLayer",
     "EffortLimit",
     "EncoderSystem",
     "ExternalSource",
+    "FeltForce",
     "FiniteStates",
     "HapticOutput",
     "ImpedanceContact",
@@ -52,18 +72,25 @@ __all__ = [
     "JoystickSource",
     "JoystickToPose",
     "KinestheticOutput",
+    "LinkWatch",
     "MasterEnd",
     "ObserverSlidingModeController",
+    "OperatorSupervisor",
     "PacketChannel",
     "PidController",
     "PipeCutting",
     "ReferenceGovernorSystem",
+    "RobotReportPacker",
+    "RobotReportSplitter",
+    "RobotSupervisor",
     "SceneAnnotations",
     "SignalBundle",
     "SignalDelay",
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
+    "StickFilter",
+    "SupervisedMapping",
     "ToolPosition",
     "TraineeSource",
 ]

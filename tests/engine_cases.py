@@ -84,6 +84,16 @@ CASES: dict[str, tuple[str, Changes]] = {
         f"inverse kinematics {m}": ("teleoperation", {"inverse_kinematics.method": m, **COMES})
         for m in FOLLOWING
     },
+    # A blade that is in the pipe by a quarter of a millimetre from the start.
+    "cut pipe": ("cut_pipe", {"environment.cut.point": [0.8, -0.8978, 3.0]}),
+    "cut pipe, wall": (
+        "cut_pipe",
+        {
+            "environment.cut.point": [0.8, -0.8978, 3.0],
+            "environment.surfaces": "[!Wall {point: [0.8, -0.8605, 3.0]}]",
+            "task": None,
+        },
+    ),
     "no surface": ("bilateral", {"environment.surfaces": "[]"}),
     "two surfaces": (
         "bilateral",
@@ -163,6 +173,7 @@ CASES: dict[str, tuple[str, Changes]] = {
 QUICK = [
     *scenario_names(),
     *_surfaces(),
+    "cut pipe",
     "Tdpa, jitter with loss",
     "WaveVariables, constant delay",
     "controller Pid {}",

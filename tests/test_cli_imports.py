@@ -8,7 +8,18 @@ import scara_drake
 from scara_drake import ik
 from scara_drake.cli.parser import IK_METHOD, IK_METHODS, make_parser
 
-HEAVY = ["pydrake", "numba", "xarray", "matplotlib", "optuna", "meshcat", "pygame", "netCDF4"]
+HEAVY = [
+    "pydrake",
+    "starlette",
+    "uvicorn",
+    "numba",
+    "xarray",
+    "matplotlib",
+    "optuna",
+    "meshcat",
+    "pygame",
+    "netCDF4",
+]
 # The package without its front, which imports the simulator.
 PROGRAM = """
 import sys, types
@@ -49,6 +60,7 @@ def test_every_command_has_a_module():
     parser = make_parser()
     lines = (
         "run x",
+        "station x",
         "compile",
         "show",
         "diagrams",

@@ -18,6 +18,7 @@ from virtual_pad import VirtualPad, load_sdl
 from scara_drake.common.fields import check
 from scara_drake.operator.devices import AxisMap, PygameDevice, Sample, find_device
 from scara_drake.operator.joystick import JoystickSource
+from scara_drake.safety import Reason, State
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
 
@@ -40,7 +41,7 @@ def pad() -> Iterator[VirtualPad]:
 
 def test_reads_axes_and_hat_of_a_flight_stick(pad: VirtualPad) -> None:
     device = PygameDevice()
-    assert device.name == "Virtual Pad"
+    assert device.name == "Virtual Pad (flight_stick)"
     assert device.sample().connected
     for index, value in enumerate((0.5, -1.0, 0.25, 0.75)):
         pad.axis(index, value)
@@ -59,14 +60,14 @@ def test_lowest_raw_value_stays_within_the_unit_range(pad: VirtualPad) -> None:
 
 
 def test_axis_map_chooses_axes_and_missing_ones_read_zero(pad: VirtualPad) -> None:
-    device = PygameDevice(axes=AxisMap(x=3, y=None, z=17, mast_axis=0, mast_hat=5))
+    device = PygameDevice(axes=AxisMap(x=3, y=-1, z=17, mast_axis=0, mast_hat=5))
     pad.axis(0, -0.5)
     pad.axis(1, 0.9)
     pad.axis(3, 0.125)
     np.testing.assert_allclose(device.sample().axes, [0.125, 0.0, 0.0, -0.5, 0.0], atol=RESOLUTION)
 
 
-@pytest.mark.parametrize("index", [-1, 64, 1.5])
+@pytest.mark.parametrize("index", [-2, 64, 1.5])
 def test_axis_map_refuses_bad_indices(index: float) -> None:
     with pytest.raises(ValueError, match=r"axes\.z: .*allowed"):
         check(AxisMap(z=index), "axes")  # type: ignore[arg-type]
@@ -173,7 +174,7 @@ def test_any_button_counts_as_pressed(pad: VirtualPad) -> None:
 def test_two_devices_both_hear_of_a_removal(pad: VirtualPad) -> None:
     second_pad = VirtualPad("Second Pad")
     first, second = PygameDevice(0), PygameDevice(1)
-    assert (first.name, second.name) == ("Virtual Pad", "Second Pad")
+    assert (first.name, second.name) == ("Virtual Pad (flight_stick)", "Second Pad (flight_stick)")
     pad.axis(0, 0.5)
     second_pad.axis(0, -0.5)
     first.sample()
@@ -233,7 +234,7 @@ def test_without_a_joystick() -> None:
 def test_find_device_opens_the_first(pad: VirtualPad) -> None:
     device = find_device()
     assert device is not None
-    assert device.name == "Virtual Pad"
+    assert device.name == "Virtual Pad (flight_stick)"
 
 
 def test_keyboard_events_stay_on_the_queue(pad: VirtualPad) -> None:
@@ -260,9 +261,9 @@ def test_source_follows_the_stick_through_a_run_and_holds_when_unplugged(pad: Vi
 
 def test_a_pad_lost_in_a_run_stops_the_mast_and_is_recorded(pad: VirtualPad) -> None:
     settings = {"operator.device": "joystick", "operator.axes.z": 3, "logging.period": 0.01}
-    scenario = load_scenario("free_motion", settings | {"duration": 0.6})
+    scenario = load_scenario("free_motion", settings | {"duration": 0.9})
     pad.axis(3, -1.0)  # a trigger at rest
-    moves = {0.1: lambda: pad.hat(0, 1), 0.3: pad.unplug}
+    moves = {0.15: lambda: pad.button(0, True), 0.2: lambda: pad.hat(0, 1), 0.5: pad.unplug}
     sample = PygameDevice.sample
 
     def scripted(device: PygameDevice) -> Sample:
@@ -274,16 +275,21 @@ def test_a_pad_lost_in_a_run_stops_the_mast_and_is_recorded(pad: VirtualPad) -> 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(PygameDevice, "sample", scripted)
         recording = simulate(scenario)
-    assert recording.attrs["device"] == "Virtual Pad"
+    assert recording.attrs["device"] == "Virtual Pad (flight_stick)"
     connected = recording.device_connected.values
     lost = int(np.argmin(connected))
     assert 0 < lost < connected.size - 20
     np.testing.assert_array_equal(connected, np.arange(connected.size) < lost)
     assert recording.joystick_axes.sel(stick="mast_hat").values[lost - 1] == 1.0
     np.testing.assert_array_equal(recording.joystick_axes.values[lost:], 0.0)
+    np.testing.assert_array_equal(recording.operator_state.values[lost + 1 :], State.HOLD)
+    np.testing.assert_array_equal(recording.operator_reason.values[lost + 1 :], Reason.DEVICE_LOST)
     height = recording.p_WE_commanded.sel(axis="z").values
-    assert height[lost] > height[0] + 0.01
-    np.testing.assert_allclose(height[lost + 1 :], height[lost + 1], atol=1e-12)
+    assert height[lost] > height[0] + 0.03
+    rate = np.diff(height) / 0.01
+    assert rate.max() <= 0.2 + 1e-9
+    assert np.abs(np.diff(rate)).max() / 0.01 <= 1.0 + 1e-6  # brakes as fast as it may
+    np.testing.assert_allclose(height[lost + 30 :], height[-1], atol=1e-12)
 
 
 def test_the_recording_says_that_a_trace_was_played() -> None:

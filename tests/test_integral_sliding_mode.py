@@ -162,7 +162,7 @@ def controller_and_context():
 def test_ports():
     controller, _, _ = controller_and_context()
     assert ports(controller) == (
-        {"state": 12, "state_desired": 12, "engaged": 1},
+        {"state": 12, "state_desired": 12, "engaged": 1, "gain_scale": 1},
         {"actuation": 6, "actuation_commanded": 6, "saturation": 6, "sliding_variable": 6},
     )
 

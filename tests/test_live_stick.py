@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 from strategies import examples
 
-from scara_drake.operator.devices import Sample
+from scara_drake.operator.devices import Sample, ScriptedDevice
 from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.live_stick import PICK_UP, REST_ZONE
 from scara_drake.vectors import BUTTON_NAMES, OPERATOR_BUTTONS
@@ -24,7 +25,7 @@ sample = st.lists(axis, min_size=5, max_size=5)
 script = st.lists(st.tuples(st.booleans(), st.booleans(), sample), min_size=1, max_size=40)
 
 
-class ScriptedDevice:
+class RowsDevice:
     """Does at the k-th read what row k of a script says; the last row for ever."""
 
     name = "Scripted Pad"
@@ -47,7 +48,7 @@ class ScriptedDevice:
 
 def play(rows: list[tuple[bool, bool, list[float]]]) -> tuple[np.ndarray, np.ndarray]:
     """Axes (n, 5) and device_connected (n,) after each read."""
-    source = JoystickSource(ScriptedDevice(rows), PERIOD)
+    source = JoystickSource(RowsDevice(rows), PERIOD)
     simulator = Simulator(source)
     axes, connected = [], []
     for k in range(len(rows)):
@@ -128,10 +129,110 @@ def test_it_is_said_once_a_loss_and_once_a_return(caplog: pytest.LogCaptureFixtu
 def test_a_clone_goes_on_as_the_original() -> None:
     script = [*rows(0.0, 0.6), *rows(0.0, 0.0, there=False), *rows(0.2, 0.7, 0.1)]
     expected, _ = play(script)
-    source = JoystickSource(ScriptedDevice(script), PERIOD)
+    source = JoystickSource(RowsDevice(script), PERIOD)
     simulator = Simulator(source)
     simulator.AdvanceTo(3.5 * PERIOD)
     fork = Simulator(source, simulator.get_context().Clone())
     fork.AdvanceTo(6.5 * PERIOD)
     port = source.GetOutputPort("joystick_axes")
     np.testing.assert_array_equal(port.Eval(fork.get_context()), expected[-1])
+
+
+# What goes to the supervisor beside the stick.
+
+GOOD = Sample(
+    True,
+    0.0,
+    np.full(5, 0.05),
+    np.full(3, 0.05),
+    np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    np.array([0.1, 0.0, 0.5, 1.0, 1.0]),
+)
+
+
+def spoilt(field: str, value: float) -> Sample:
+    entries = np.array(getattr(GOOD, field))
+    entries[-1] = value
+    changed: Any = {field: entries}
+    return GOOD._replace(**changed)
+
+
+class Ports:
+    """The block of a device that says one sample after another, and a clock that is set."""
+
+    def __init__(self, samples: list[Sample]) -> None:
+        said = iter(samples)
+        self.source = JoystickSource(ScriptedDevice(lambda at: next(said), stamped=False), PERIOD)
+        assert self.source.clock is not None
+        self.clock = self.source.clock
+        self.clock.now = lambda: 0.0
+        self.simulator, self.ticks = Simulator(self.source), 0
+
+    def tick(self) -> dict[str, np.ndarray]:
+        self.simulator.AdvanceTo((self.ticks + 0.5) * PERIOD)
+        self.ticks += 1
+        names = [name for name in self.source.declaration.memory if name != "grip"]
+        context = self.simulator.get_context()
+        return {name: self.source.GetOutputPort(name).Eval(context).copy() for name in names}
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("axes", np.nan),
+        ("axes", 1.06),
+        ("axes", -np.inf),
+        ("orientation", np.nan),
+        ("orientation", -1.06),
+        ("buttons", np.nan),
+        ("settings", np.inf),
+    ],
+)
+def test_bad_samples_are_dropped_and_counted_in_a_row(field: str, value: float) -> None:
+    bad = spoilt(field, value)
+    ports = Ports([GOOD, bad, bad, bad, GOOD, bad, GOOD._replace(connected=False), bad])
+    rows = [ports.tick() for _ in range(8)]
+    counts = [row["device_status"][3] for row in rows]
+    assert counts == [0, 1, 2, 3, 0, 1, 0, 1]
+    for row in rows[1:4]:
+        for name, held in rows[0].items():
+            if name != "device_status":
+                np.testing.assert_array_equal(row[name], held)
+
+
+def test_the_largest_axis_that_is_taken_is_clipped() -> None:
+    ports = Ports([GOOD, spoilt("axes", 1.05)])
+    ports.tick()
+    row = ports.tick()
+    assert row["joystick_axes"][4] == 1.0
+    assert row["device_status"][3] == 0.0
+
+
+def test_a_lost_device_turns_nothing_and_presses_nothing() -> None:
+    ports = Ports([GOOD, GOOD._replace(connected=False)])
+    assert ports.tick()["operator_buttons"][0] == 1.0
+    row = ports.tick()
+    assert row["device_status"][0] == row["device_connected"][0] == 0.0
+    np.testing.assert_array_equal(row["operator_buttons"], 0.0)
+    np.testing.assert_array_equal(row["orientation_axes"], 0.0)
+    np.testing.assert_array_equal(row["joystick_axes"], [0.05, 0.05, 0.05, 0.0, 0.0])
+    np.testing.assert_array_equal(row["live_settings"], GOOD.settings)
+
+
+def test_age_is_that_of_the_stamp_and_lateness_that_of_the_pacing() -> None:
+    ports = Ports([GOOD, GOOD, GOOD._replace(stamp=np.nan), GOOD._replace(stamp=9.0)])
+    ports.clock.now = lambda: 0.25
+    ports.clock.lateness = -0.125
+    np.testing.assert_array_equal(ports.tick()["device_status"], [1.0, 0.25, -0.125, 0.0])
+    ports.clock.now = lambda: 3.0
+    assert ports.tick()["device_status"][1] == 3.0
+    assert ports.tick()["device_status"][1] == 3.0  # a stamp that is no number tells nothing new
+    assert ports.tick()["device_status"][1] == 0.0  # none is younger than now
+
+
+@pytest.mark.parametrize("field", ["axes", "orientation", "buttons", "settings"])
+def test_other_shapes_are_refused(field: str) -> None:
+    changed: Any = {field: np.zeros(2)}
+    ports = Ports([GOOD._replace(**changed)])
+    with pytest.raises(ValueError, match=rf"Scripted device: {field} \(2,\), allowed"):
+        ports.tick()

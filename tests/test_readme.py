@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from scara_drake.cli.parser import make_parser
+from scara_drake.operator.devices.profiles import load_profile
 from scara_drake.replay import player
 from scara_drake.scenario import load_scenario, parse_overrides
 from scara_drake.studies.runs import Runs
@@ -222,6 +223,11 @@ def test_scenario_of_every_yaml_block_is_read(tmp_path):
                 file = tmp_path / "study.yaml"
                 file.write_text(block)
                 Runs(load_study(file)).check()
+                continue
+            if block.startswith("layout:"):
+                file = tmp_path / "profile.yaml"
+                file.write_text(block)
+                load_profile(str(file))
                 continue
             for line in block.splitlines():  # each a choice
                 file = tmp_path / "choice.yaml"

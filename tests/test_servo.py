@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 from scara_drake import joints, kinematics
 from scara_drake.common.motion import limit_motion
 from scara_drake.ik import servo
-from scara_drake.ik.kernels.limiter import LIMITS, REACH_LIMIT, draw_into_reach
+from scara_drake.ik.kernels.limiter import LIMITS
 from scara_drake.ik.system import InverseKinematics
+from scara_drake.kinematics import REACH_LIMIT, draw_into_reach
 from scara_drake.vectors import SERVO_STATE, pose_vector
 
 DT = 1e-3
@@ -184,9 +185,9 @@ def test_a_command_that_leads_back_moves_the_arm_again():
     assert np.all(steps <= DT * joints.MAX_SPEED * (1 + 1e-9))
 
 
-@pytest.mark.parametrize(("joints_", "least"), [("arm", 17), ("full", 18)])
+@pytest.mark.parametrize(("joints_", "least"), [("arm", 18), ("full", 20)])
 def test_nearly_every_posture_comes_back_from_where_it_was_held(joints_, least):
-    """20 random postures, sent 2 m away and called back; a trap at a singularity may remain."""
+    """20 random postures, sent 2 m away and called back; some start out of reach."""
     rng = np.random.default_rng(1)
     back, held = 0, 0
     low, high = np.array(joints.LOWER), np.array(joints.UPPER)

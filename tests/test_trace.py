@@ -239,12 +239,28 @@ def test_all_that_a_device_said_is_written_and_read_to_the_bit(
 ) -> None:
     draws = np.random.default_rng(seed)
     said = draws.uniform(0.0, 1.0, (12, SAID.size))
-    trace = Trace(np.arange(12) * 0.01, draws.uniform(-1.0, 1.0, (12, 5)), said)
+    said[:, MORE_COLUMNS.index("lateness")] -= 0.5  # a run that waits is early
+    trace = Trace(np.linspace(0.0, 0.11, 12), draws.uniform(-1.0, 1.0, (12, 5)), said)
     first = played(trace, 0.12)
     path = tmp_path_factory.mktemp("trace") / "t.csv"
     save_trace(first, path)
     assert len(pd.read_csv(path).columns) == 1 + 5 + SAID.size
     xr.testing.assert_identical(first, played(load_operator(path), 0.12))
+
+
+@pytest.mark.slow
+def test_a_trace_with_further_columns_runs_compiled_as_in_drake(tmp_path: Path) -> None:
+    draws = np.random.default_rng(5)
+    columns = {name: draws.uniform(0.0, 1.0, 40) for name in (*COLUMNS[1:], *MORE_COLUMNS)}
+    path = tmp_path / "t.csv"
+    pd.DataFrame({"time": np.linspace(0.0, 0.39, 40)} | columns).to_csv(path, index=False)
+    scenario = load_scenario("free_motion", {"operator.trace": str(path)})
+    drake, compiled = (simulate(scenario, 0.4, engine=name) for name in ("drake", "compiled"))
+    for name in ("joystick_axes", "orientation_axes", "operator_buttons", "device_connected"):
+        np.testing.assert_array_equal(drake[name], compiled[name])
+    for name in ("device_age", "lateness", "bad_samples", *(f"live_{n}" for n in SETTING_NAMES)):
+        np.testing.assert_array_equal(drake[name], compiled[name])
+        assert drake[name].std() > 0.1
 
 
 # The shipped operator.

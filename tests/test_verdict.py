@@ -117,13 +117,13 @@ def test_a_device_that_was_there_is_no_remark(short):
     assert sd.verdict(recording) == sd.verdict(short)
 
 
-def test_the_command_line_says_it_and_answers_with_one(capsys, tmp_path):
+def test_the_command_line_says_it_and_answers_with_three(capsys, tmp_path):
     record = tmp_path / "run.nc"
     arguments = ["run", "joint_sine", "--no-realtime", "--no-meshcat", "--record", str(record)]
     status = main([*arguments, *(f"--set={key}={value}" for key, value in ZERO.items()),
                    "--set=duration=0.5"])  # fmt: skip
     out = capsys.readouterr().out
-    assert status == 1
+    assert status == 3
     said = out[out.index("Verdict: ") :].splitlines()[0]
     assert said.startswith("Verdict: arm lost at t = ")
     assert str(sd.verdict(sd.load_recording(record))) in said

@@ -14,10 +14,11 @@ from kinds import of_kind
 from pydrake import geometry
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
+import scara_drake as sd
 from scara_drake import joints, kinematics, robot
 from scara_drake.display.annotations import SceneAnnotations
 from scara_drake.display.camera import set_camera
@@ -76,6 +77,7 @@ def test_ports(meshcat: Meshcat) -> None:
         "device_connected": 1,
         "motion_master": 6,
         "hand_target": 3,
+        "query_object": 0,
     }
     assert system.num_output_ports() == 0
 
@@ -426,3 +428,47 @@ def test_the_camera_looks_at_all_corners_of_a_surface(surface: Surface) -> None:
     stub = CameraStub()
     set_camera(cast(Meshcat, stub), Environment([surface]))
     assert np.isfinite(stub.camera).all()
+
+
+def test_pictures_wait_while_the_run_is_late_and_then_all_is_in_its_place() -> None:
+    stub = MeshcatStub()
+    system = SceneAnnotations(cast(Meshcat, stub), points=4)
+    context = system.CreateDefaultContext()
+    system.GetInputPort("state").FixValue(context, np.zeros(12))
+    system.ForcedPublish(context)
+    stub.poses.clear()
+    system.pace.lateness = 0.1
+    system._move(context)
+    system._move(context)
+    assert not stub.poses
+    assert system.pace.pictures_dropped == 2
+    system.pace.lateness = 0.0
+    system._move(context)
+    assert {f"annotations/trail/{index}" for index in range(4)} <= stub.poses.keys()
+    stub.poses.clear()
+    system._move(context)
+    assert system.pace.pictures_dropped == 2
+    assert stub.poses
+
+
+def test_the_annotations_move_the_robot_where_drakes_visualizer_has_put_it() -> None:
+    meshcat = Meshcat()
+    scenario = sd.load_scenario("joint_sine")
+    diagram = sd.make_diagram(scenario, meshcat)
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    annotations = cast(SceneAnnotations, diagram.GetSubsystemByName("annotations"))
+    stub = MeshcatStub()
+    annotations._meshcat = cast(Meshcat, stub)
+    simulator.AdvanceTo(0.3)
+    root = simulator.get_context()
+    annotations.ForcedPublish(annotations.GetMyContextFromRoot(root))
+    plant = cast(MultibodyPlant, diagram.GetSubsystemByName("plant"))
+    in_plant = plant.GetMyContextFromRoot(root)
+    names = ("base", *(f"link_{index}" for index in range(1, 7)))
+    for name in names:
+        path = f"illustration/scara6/{name}"
+        assert meshcat.HasPath(f"/drake/{path}")
+        body = plant.GetBodyByName(name)
+        X_WB = plant.EvalBodyPoseInWorld(in_plant, body).GetAsMatrix4()
+        np.testing.assert_array_equal(stub.poses[path], X_WB)

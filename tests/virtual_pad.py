@@ -9,7 +9,8 @@ from pathlib import Path
 import pygame
 
 _RUMBLE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_uint16, ctypes.c_uint16)
-_GAMEPAD = 1  # SDL_JOYSTICK_TYPE_GAMECONTROLLER
+# SDL_JOYSTICK_TYPE_GAMECONTROLLER: SDL then knows which input is which; and _FLIGHT_STICK.
+_GAMEPAD, _FLIGHT_STICK = 1, 4
 _HATS = {0: 0, 1: 1, -1: 4}  # vertical direction to SDL_HAT_CENTERED, _UP, _DOWN
 
 
@@ -67,7 +68,8 @@ class VirtualPad:
         axes: int = 4,
         hats: int = 1,
         motors: bool = True,
-        buttons: int = 2,
+        buttons: int = 6,
+        gamepad: bool = False,
     ) -> None:
         sdl = load_sdl()
         assert sdl is not None
@@ -78,7 +80,7 @@ class VirtualPad:
         self._callback = _RUMBLE(self._on_rumble) if motors else _RUMBLE()
         self._description = _Description(
             version=1,
-            type=_GAMEPAD,
+            type=_GAMEPAD if gamepad else _FLIGHT_STICK,
             naxes=axes,
             nbuttons=buttons,
             nhats=hats,

@@ -8,9 +8,10 @@ from rich.console import Console
 from rich.table import Table
 
 from scara_drake.common.files import write_whole
+from scara_drake.common.shipped import scenario_names, training_names
 from scara_drake.diagram import make_diagram
 from scara_drake.display.block_diagram import render_svg
-from scara_drake.scenario import load_scenario, scenario_names, training_names
+from scara_drake.scenario import load_scenario
 
 
 def run(options: argparse.Namespace, console: Console) -> None:

@@ -20,7 +20,7 @@ INTERRUPTED: Final = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit status: 0, 1 for a failed run, 2 for bad input.
+    """Run the command line; return the exit status: 0, 1 or 3 for a failed run, 2 for bad input.
 
     A command fails by what it raises, or by what it returns: a status, or None where all is well.
     """

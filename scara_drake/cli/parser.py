@@ -8,9 +8,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+from scara_drake.cli.device_arguments import add_devices
 from scara_drake.cli.study_arguments import add_scenario, add_sweep, add_tune
 from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES
+from scara_drake.replay.arguments import LOOPBACK
 from scara_drake.replay.arguments import add_arguments as add_replay_arguments
 
 IK_EPILOG: Final = """\
@@ -34,6 +36,7 @@ IK_METHODS: Final = (
     "dpsoij",
 )
 IK_METHOD: Final = "robust"
+STATION_DURATION: Final = 600.0  # [s]
 POSE_COLUMNS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -52,9 +55,11 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND", dest="command")
     for add in (
         _add_run,
+        _add_station,
         _add_compile,
         _add_show,
         _add_diagrams,
+        add_devices,
         _add_ik,
         add_tune,
         add_sweep,
@@ -77,6 +82,11 @@ def _add_run(commands: Any) -> None:
     parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
     parser.add_argument("--html", type=Path, metavar="FILE.html", help="page to play offline")
     parser.add_argument("--no-realtime", action="store_true", help="as fast as it goes")
+    parser.add_argument(
+        "--realtime-priority",
+        action="store_true",
+        help="ask the system to run it before other programs (SCHED_FIFO, else nice)",
+    )
     parser.add_argument("--no-meshcat", action="store_true", help="without the scene")
     parser.add_argument(
         "--engine",
@@ -85,6 +95,30 @@ def _add_run(commands: Any) -> None:
     )
     _add_server(parser)
     parser.set_defaults(module="scara_drake.cli.run", extra="")
+
+
+def _add_station(commands: Any) -> None:
+    parser = commands.add_parser(
+        "station",
+        help="run a scenario in real time, operated from a page in any browser",
+        description="Serve the operator's station of a scenario and run it in real time.",
+    )
+    add_scenario(parser, "name of a shipped scenario, or a YAML file")
+    parser.add_argument(
+        "--duration",
+        type=float,
+        metavar="T",
+        help=f"of the run [s] (default {STATION_DURATION:g}, or as long as a task takes)",
+    )
+    parser.add_argument("--record", type=Path, metavar="FILE.nc", help="default runs/SCENARIO.nc")
+    parser.add_argument(
+        "--host", default=LOOPBACK, help=f"where it listens, * for all networks; default {LOOPBACK}"
+    )
+    parser.add_argument("--port", type=int, default=0, help="default one that is free")
+    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate, for https")
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key")
+    parser.add_argument("--no-browser", action="store_true", help="only say where the page is")
+    parser.set_defaults(module="scara_drake.cli.station", extra="station")
 
 
 def _add_compile(commands: Any) -> None:

@@ -1,4 +1,4 @@
-"""Motions that know no robot: a follower with bounded speed and acceleration, minimum jerk."""
+"""Motions that know no robot: a follower with bounds, turns, minimum jerk."""
 
 from __future__ import annotations
 
@@ -40,6 +40,20 @@ def limit_motion(
     shrink = min(1.0, max_acceleration * dt / change) if change > 0.0 else 1.0
     for i in range(error.size):
         rate[i] += shrink * 2.0 * bandwidth * dt * (scale * error[i] - rate[i])
+
+
+@njit(cache=True)
+def turn(quaternion: Array, w: Array, dt: float) -> None:
+    """Turn a unit quaternion (w, x, y, z) by the rotation w dt expressed in W, in place."""
+    angle = dt * np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    c, s = np.cos(0.5 * angle), 0.5 * dt * np.sinc(0.5 * angle / np.pi)
+    x, y, z = s * w[0], s * w[1], s * w[2]
+    qw, qx, qy, qz = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
+    quaternion[0] = c * qw - x * qx - y * qy - z * qz
+    quaternion[1] = c * qx + x * qw + y * qz - z * qy
+    quaternion[2] = c * qy + y * qw + z * qx - x * qz
+    quaternion[3] = c * qz + z * qw + x * qy - y * qx
+    quaternion /= np.sqrt(np.sum(quaternion * quaternion))
 
 
 @njit(cache=True)

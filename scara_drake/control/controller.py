@@ -94,6 +94,7 @@ class JointController(Block):
         parameters: of the kernels, by name.
         memory: of the law, by name.
         outputs: of the law, by name.
+        inputs: of the law, by name, beside those of all controllers.
 
     Raises:
         ValueError: a kernel has an argument that none of these name.
@@ -106,6 +107,7 @@ class JointController(Block):
         parameters: Mapping[str, Any],
         memory: Mapping[str, Memory],
         outputs: Mapping[str, Output] | None = None,
+        inputs: Mapping[str, Input] | None = None,
     ) -> None:
         efforts = ("actuation", "actuation_commanded", "saturation")
         super().__init__(
@@ -114,6 +116,7 @@ class JointController(Block):
                     "state": Input(12, finite=True),
                     "state_desired": Input(12, finite=True),
                     "engaged": Input(1),
+                    **(inputs or {}),
                 },
                 memory={name: Memory(6, port=True) for name in efforts} | dict(memory),
                 outputs=outputs or {},

@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake import joints, robot
-from scara_drake.common.block import Memory
+from scara_drake.common.block import Input, Memory
 from scara_drake.common.fields import ABOVE_ZERO, vector, words
 from scara_drake.common.layout import Layout
 from scara_drake.common.scratch import scratch
@@ -101,9 +101,20 @@ def ismc_initialize(
 
 
 @njit(cache=True)
+def scale_gains(gains: Array, scale: float, scaled: Array) -> None:
+    """Write the gains (8, 6) with k and rho times a scale; with 1 they are the same to the bit."""
+    scaled[:] = gains
+    g = gains_of(scaled)
+    for i in range(6):
+        g.k[i] *= scale
+        g.rho[i] *= scale
+
+
+@njit(cache=True)
 def ismc_update(
     state_desired: Array,
     state: Array,
+    gain_scale: Array,
     parameters: Array,
     memory: Array,
     sliding_variable: Array,
@@ -114,12 +125,13 @@ def ismc_update(
     """Apply the law; the reference is one period old."""
     p, m = parameters_of(parameters), integral_of(memory)
     g = gains_of(p.gains)
-    sigma, feedforward = scratch(6), scratch(6)
+    sigma, feedforward, scaled = scratch(6), scratch(6), scratch(8, 6)
     feedforward[:] = 0.0
     add_feedforward(state_desired, state, parameters, memory, feedforward)
     sliding_surface(state_desired, state, g.c, g.period[0], sigma)
+    scale_gains(p.gains, gain_scale[0], scaled)
     ismc_law(
-        sigma, p.gains, feedforward, m.z,
+        sigma, scaled, feedforward, m.z,
         sliding_variable, actuation_commanded, actuation, saturation,
     )  # fmt: skip
 
@@ -246,6 +258,7 @@ class IntegralSlidingModeController(JointController):
     """Integral sliding mode control of the six joints.
 
     Ports: those of `JointController`, and
+        input gain_scale (1): optional, of k and rho, 1 if not connected.
         output sliding_variable (6) [m/s, rad/s]: s of equation (27).
 
     Update, at t = k period: equations (27) to (37), see `ismc_law`, with the reference carried one
@@ -271,4 +284,5 @@ class IntegralSlidingModeController(JointController):
                 "sliding_variable": Memory(6, port=True),
                 "memory": Memory(INTEGRAL.size),
             },
+            inputs={"gain_scale": Input(1, default=(1.0,))},
         )

@@ -10,10 +10,24 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape, Sphere
+from pydrake.common.value import Value
+from pydrake.geometry import (
+    Box,
+    Cylinder,
+    FrameId,
+    Meshcat,
+    MeshcatCone,
+    QueryObject,
+    Rgba,
+    Role,
+    SceneGraphInspector,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from scara_drake.common.pace import Pace
 from scara_drake.display import look
 from scara_drake.environment import Surface
 from scara_drake.environment.scene import drawing
@@ -23,6 +37,8 @@ Array = NDArray[np.float64]
 
 PERIOD = 1.0 / 32.0  # of the pictures [s]
 TRAIL_PERIOD = 1.0 / 16.0  # [s]
+BEHIND = 0.02  # of a run in real time [s]: pictures wait
+ROBOT = "illustration"  # where Drake's visualizer puts the robot
 _ROOT = "annotations"
 
 
@@ -30,6 +46,8 @@ class SceneAnnotations(LeafSystem):
     """Draws in Meshcat the desired tool as a ghost, the trail of the tool and the contact force.
 
     And the surfaces that move, where they are; those at rest are in the plant's geometry.
+
+    And the robot itself, whose shapes Drake's visualizer has put into the scene.
 
     And a sky of another colour while the operator's device is lost; and, of a device that pushes,
     its motion and where the hand wants it.
@@ -41,9 +59,14 @@ class SceneAnnotations(LeafSystem):
         device_connected (1): 0 while the operator's device is lost
         motion_master (6): x, v of a device that pushes [m, m/s]
         hand_target (3): where the hand wants it [m]
+        query_object: of the scene graph
     Discrete state: the index of the newest point of the trail, and its points (n, 3) [m] as a ring.
     Update (every TRAIL_PERIOD): the tool point joins the trail. Initial: all its points are there.
-    Publish (every PERIOD): the pictures, at the time of the context in a recording.
+    Publish (every PERIOD): the pictures, at the time of the context in a recording; none while a
+    run in real time is more than BEHIND late, so that a slow browser gets less to do.
+
+    Attributes:
+        pace: of the run.
     """
 
     __slots__ = ()  # so that it can be freed, see `Collectable`
@@ -51,6 +74,8 @@ class SceneAnnotations(LeafSystem):
     def __init__(self, meshcat: Meshcat, points: int = 64, surfaces: Sequence[Surface] = ()):
         super().__init__()
         self._meshcat, self._points = meshcat, points
+        self.pace, self._dropped = Pace(), False
+        self._frames: list[tuple[str, FrameId]] = []
         self._moving = [surface for surface in surfaces if surface.motion is not None]
         self._state = self.DeclareVectorInputPort("state", 12)
         self._desired = self.DeclareVectorInputPort("X_WE_desired", 7)
@@ -60,6 +85,7 @@ class SceneAnnotations(LeafSystem):
             name: self.DeclareVectorInputPort(name, size)
             for name, size in (("motion_master", 6), ("hand_target", 3))
         }
+        self._query = self.DeclareAbstractInputPort("query_object", Value(QueryObject()))
         self._trail = int(self.DeclareDiscreteState(np.r_[-1.0, np.zeros(3 * points)]))
         self.DeclareInitializationDiscreteUpdateEvent(self._start_trail)
         self.DeclarePeriodicDiscreteUpdateEvent(TRAIL_PERIOD, 0.0, self._extend_trail)
@@ -89,6 +115,8 @@ class SceneAnnotations(LeafSystem):
         """Put the shapes into the scene, then everything in its place."""
         meshcat = self._meshcat
         meshcat.Delete(_ROOT)
+        if self._query.HasValue(context):
+            self._frames = _frames(self._query.Eval(context).inspector())
         for part in look.GHOST:
             _draw_part(meshcat, f"{_ROOT}/ghost", part)
         for part in (look.SHAFT, look.TIP):
@@ -112,6 +140,14 @@ class SceneAnnotations(LeafSystem):
         self._place(context, range(self._points))
 
     def _move(self, context: Context) -> None:
+        behind, dropped = self.pace.lateness > BEHIND, self._dropped
+        self._dropped = behind
+        if behind:
+            self.pace.pictures_dropped += 1
+            return
+        if dropped:
+            self._place(context, range(self._points))
+            return
         # Of the trail, only three pieces change or are about to: the one that grows, the one that
         # has just been finished, and the oldest, which is stamped once more because a recording
         # would else let it drift to its next place from its first moment on.
@@ -120,6 +156,7 @@ class SceneAnnotations(LeafSystem):
 
     def _place(self, context: Context, pieces: range | tuple[int, ...]) -> None:
         time, tool = context.get_time(), self._tool_point(context)
+        self._place_robot(context, time)
         self._place_ghost(context, time)
         self._place_force(context, time, tool)
         self._place_held(context, time)
@@ -134,6 +171,12 @@ class SceneAnnotations(LeafSystem):
             index = piece % self._points
             end = tool if index == newest else points[(index + 1) % self._points]
             self._place_tube(f"{_ROOT}/trail/{index}", points[index], end, time)
+
+    def _place_robot(self, context: Context, time: float) -> None:
+        if self._frames:
+            query = self._query.Eval(context)
+            for path, frame in self._frames:
+                self._meshcat.SetTransform(path, query.GetPoseInWorld(frame), time)
 
     def _place_ghost(self, context: Context, time: float) -> None:
         known = self._desired.HasValue(context)
@@ -178,6 +221,16 @@ class SceneAnnotations(LeafSystem):
         self._meshcat.SetTransform(path, RigidTransform(R, (start + end) / 2), time)
         scale = [1.0, 1.0, max(length, 1e-6)]
         self._meshcat.SetProperty(f"{path}/tube", "scale", scale, time)
+
+
+def _frames(inspector: SceneGraphInspector) -> list[tuple[str, FrameId]]:
+    """Return the frames that carry shapes, with their paths in the scene."""
+    return [
+        (f"{ROBOT}/{inspector.GetName(frame).replace('::', '/')}", frame)
+        for frame in inspector.GetAllFrameIds()
+        if frame != inspector.world_frame_id()
+        and inspector.NumGeometriesForFrameWithRole(frame, Role.kIllustration)
+    ]
 
 
 def _draw_part(meshcat: Meshcat, root: str, part: look.Part) -> None:

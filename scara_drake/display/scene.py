@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from numpy.typing import ArrayLike
-from pydrake.geometry import Meshcat, SceneGraph
+from pydrake.geometry import (
+    Meshcat,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Role,
+    SceneGraph,
+)
 from pydrake.lcm import DrakeLcm
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.visualization import ApplyVisualizationConfig, VisualizationConfig
 
-from scara_drake.display.annotations import PERIOD, SceneAnnotations
+from scara_drake.display.annotations import PERIOD, ROBOT, SceneAnnotations
 from scara_drake.display.camera import set_camera
 from scara_drake.environment import Environment
 
+NEVER = 1e9  # [s]
 # Drake ends the program where a Meshcat is freed by another thread than its own, and the garbage
 # collector frees a Diagram, with what it draws on, in whichever thread it happens to run.
 _DRAWN_ON: list[Meshcat] = []
@@ -42,6 +49,7 @@ def add_visualization(
         _DRAWN_ON.append(meshcat)
     config = VisualizationConfig(
         publish_period=PERIOD,
+        publish_illustration=False,
         publish_proximity=collision_shapes,
         publish_contacts=collision_shapes,
         publish_inertia=False,
@@ -54,7 +62,14 @@ def add_visualization(
         meshcat=meshcat,
         lcm=DrakeLcm("memq://null"),  # nothing goes on the network
     )
+    # It puts the shapes there at the start; the annotations move them, where there is time.
+    shapes = MeshcatVisualizerParams(
+        role=Role.kIllustration, prefix=ROBOT, publish_period=NEVER, visible_by_default=True
+    )
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, shapes)
     set_camera(meshcat, environment, places)
-    return builder.AddNamedSystem(
+    annotations = builder.AddNamedSystem(
         "annotations", SceneAnnotations(meshcat, surfaces=environment.surfaces)
     )
+    builder.Connect(scene_graph.get_query_output_port(), annotations.GetInputPort("query_object"))
+    return annotations

@@ -46,7 +46,7 @@ class CompiledStepper:
     def __init__(self, diagram: Diagram, scenario: Scenario, folder: Path) -> None:
         graph = graph_of(diagram)
         self._plant, self._context = graph.plant, diagram.CreateDefaultContext()
-        self._duration, self._log_period = scenario.duration, scenario.logging.period
+        self._duration, self._log_period = scenario.duration, scenario.sample_period
         self._period = graph.plant.time_step()
         scene_graph = cast(SceneGraph, diagram.GetSubsystemByName("scene_graph"))
         arm = _arm_of(graph)

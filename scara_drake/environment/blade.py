@@ -25,7 +25,7 @@ class Blade:
         damping: of the rim; the force on an approach at a speed v is 1 + damping v times as large.
         side_stiffness: against bending the whole blade out of its kerf.
         side_damping: of that bending.
-        friction: of the blade's body on the sides of its kerf.
+        friction: of the blade's body on the sides of its kerf, dry steel on steel.
     """
 
     radius: float = number(0.14, "m", 0.01, 1.0)
@@ -37,9 +37,9 @@ class Blade:
     feed_ratio: float = number(0.5, "1", 0.05, 5.0)
     stiffness: float = number(1e7, "N/m^2", 1e4, 1e9)
     damping: float = number(5.0, "s/m", 0.0, 100.0)
-    side_stiffness: float = number(5e4, "N/m", 0.0, 1e7)
-    side_damping: float = number(50.0, "N s/m", 0.0, 1e5)
-    friction: float = number(0.3, "1", 0.0, 2.0)
+    side_stiffness: float = number(1e6, "N/m", 0.0, 1e7)
+    side_damping: float = number(1e3, "N s/m", 0.0, 1e5)
+    friction: float = number(0.5, "1", 0.0, 2.0)
 
     def check_together(self, name: str) -> None:
         """Check the body and the speed.

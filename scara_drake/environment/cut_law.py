@@ -50,6 +50,8 @@ from scara_drake.environment.cut_touch import (
     Touch,
     disc_at,
     in_world,
+    meets,
+    ring,
     section,
     touch,
 )
@@ -65,12 +67,18 @@ def load_of(c: Cut, disc: Disc, s: PipeState, cells: Array, kerf: Array) -> tupl
     """
     load, met = 0.0, False
     s.bend[()] = 0.0
-    for cell in range(cells.size):
-        left = 1.0 if s.mode[()] == BESIDE else cells[cell]
-        t = touch(c, disc, cell, left, kerf[cell])
-        met = met or t.area > 0.0
-        load += t.normal / c.feed_ratio + c.friction * abs(t.side) * t.arm
-        s.bend[()] = max(s.bend[()], t.bend)
+    for number in range(int(c.through)):
+        r, first = ring(c, number), number * int(c.around)
+        for angle in range(int(c.around)):
+            cell = first + angle
+            left = 1.0 if s.mode[()] == BESIDE else cells[cell]
+            near = meets(c, disc, r, angle, left, kerf[cell])
+            met = met or near > 0
+            if near < 2:
+                continue
+            t = touch(c, disc, r, angle, left, kerf[cell])
+            load += t.normal / c.feed_ratio + c.friction * abs(t.side) * t.arm
+            s.bend[()] = max(s.bend[()], t.bend)
     return load, met
 
 
@@ -111,26 +119,29 @@ def bite(
     """
     force, moment, motor, heat, used = NOTHING, NOTHING, 0.0, 0.0, 0.0
     bites = s.mode[()] == IN_KERF and s.stalled[()] == 0.0
-    for cell in range(cells.size):
-        left = 1.0 if s.mode[()] == BESIDE else cells[cell]
-        t = touch(c, disc, cell, left, kerf[cell])
-        if t.area == 0.0:
-            continue
-        teeth, rub = borne * t.normal / c.feed_ratio, borne * c.friction * abs(t.side)
-        slip, glide = max(s.speed[()] + t.slide, 0.0), max(s.speed[()] * t.arm + t.slide, 0.0)
-        work = teeth * slip * period
-        if bites and work > 0.0:
-            removed = remove(c, t, cell, work, cells, kerf)
-            teeth *= removed / work
-            used += removed
-        else:
-            heat += work
-        heat += rub * glide * period
-        motor += teeth * (slip - t.slide) + rub * (glide - t.slide)
-        push = times(-(t.normal + t.wedge), t.outward)
-        push = plus(push, plus(times(-(teeth + rub), t.along), times(t.side, disc.axis)))
-        force = plus(force, push)
-        moment = plus(moment, cross(t.lever, push))
+    for number in range(int(c.through)):
+        r, first = ring(c, number), number * int(c.around)
+        for angle in range(int(c.around)):
+            cell = first + angle
+            left = 1.0 if s.mode[()] == BESIDE else cells[cell]
+            if meets(c, disc, r, angle, left, kerf[cell]) < 2:
+                continue
+            t = touch(c, disc, r, angle, left, kerf[cell])
+            teeth, rub = borne * t.normal / c.feed_ratio, borne * c.friction * abs(t.side)
+            slip, glide = max(s.speed[()] + t.slide, 0.0), max(s.speed[()] * t.arm + t.slide, 0.0)
+            work = teeth * slip * period
+            if bites and work > 0.0:
+                removed = remove(c, t, cell, work, cells, kerf)
+                teeth *= removed / work
+                used += removed
+            else:
+                heat += work
+            heat += rub * glide * period
+            motor += teeth * (slip - t.slide) + rub * (glide - t.slide)
+            push = times(-(t.normal + t.wedge), t.outward)
+            push = plus(push, plus(times(-(teeth + rub), t.along), times(t.side, disc.axis)))
+            force = plus(force, push)
+            moment = plus(moment, cross(t.lever, push))
     s.power[()] = motor
     s.energy[()] += motor * period
     s.energy_cut[()] += used

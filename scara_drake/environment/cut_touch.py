@@ -67,6 +67,7 @@ class Touch(NamedTuple):
     arm: float
 
 
+CRUMB = 1e-6  # share of a cell that holds nothing
 NOTHING = (0.0, 0.0, 0.0)
 APART = Touch(0.0, 0.0, NOTHING, NOTHING, NOTHING, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -111,27 +112,44 @@ def in_world(c: Cut, a: Vector) -> Vector:
 
 
 @njit(cache=True)
-def touch(c: Cut, disc: Disc, cell: int, left: float, kerf: float) -> Touch:
+def ring(c: Cut, number: int) -> float:
+    """Radius amid a ring of cells [m]."""
+    return c.inner + (number + 0.5) * (c.outer - c.inner) / c.through
+
+
+@njit(cache=True, inline="always")
+def meets(c: Cut, disc: Disc, r: float, angle: int, left: float, kerf: float) -> int:
+    """Return 0 where a cell is far from the blade, 2 where they touch, or may; see `touch`.
+
+    And 1 where the cell is cut and the blade has its clearance in it.
+    """
+    x, y = r * c.circle[2 * angle] - disc.centre[0], r * c.circle[2 * angle + 1] - disc.centre[1]
+    z, margin = disc.place - disc.centre[2], c.outer - c.inner + 7.0 * c.outer / c.around
+    across = x * disc.axis[0] + y * disc.axis[1] + z * disc.axis[2]
+    if x * x + y * y + z * z - across * across > (c.radius + margin) ** 2:
+        return 0
+    return 1 if left <= CRUMB and abs(across - kerf) <= c.clearance else 2
+
+
+@njit(cache=True)
+def touch(c: Cut, disc: Disc, r: float, angle: int, left: float, kerf: float) -> Touch:
     """Return what a cell of the section and the blade have to do with each other.
 
     Args:
         c: pipe and blade.
         disc: the blade.
-        cell: number of the cell, ring after ring.
+        r: radius of its ring [m].
+        angle: its number in the ring.
         left: its share that is left.
         kerf: where it was across the blade at its removal [m].
     """
-    around = int(c.around)
-    angle, deep, wide = cell % around, (c.outer - c.inner) / c.through, 2.0 * math.pi / c.around
-    r = c.inner + (cell // around + 0.5) * deep
+    deep, wide = (c.outer - c.inner) / c.through, 2.0 * math.pi / c.around
     out = (c.circle[2 * angle], c.circle[2 * angle + 1], 0.0)
     place = (r * out[0], r * out[1], disc.place)
     from_centre = plus(place, times(-1.0, disc.centre))
     across = dot(from_centre, disc.axis)
     in_plane = plus(from_centre, times(-across, disc.axis))
-    far = math.sqrt(dot(in_plane, in_plane))
-    if far > c.radius + deep + r * wide or far == 0.0:
-        return APART
+    far = max(math.sqrt(dot(in_plane, in_plane)), 1e-9)
     outward = times(1.0 / far, in_plane)
     cosine = min(abs(dot(outward, out)), 1.0)
     length = cosine * deep + math.sqrt(1.0 - cosine * cosine) * r * wide
@@ -139,6 +157,7 @@ def touch(c: Cut, disc: Disc, cell: int, left: float, kerf: float) -> Touch:
     if covered == 0.0:
         return APART
     area = r * wide * deep
+    left = left if left > CRUMB else 0.0
     overlap = area * max(covered + left - 1.0, 0.0)
     lever = plus(place, times(-1.0, disc.tip))
     velocity = plus(disc.velocity, cross(disc.rate, lever))

@@ -13,18 +13,21 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.scratch import scratch
-from scara_drake.ik.kernels.errors import error_kernel
 from scara_drake.ik.kernels.limiter import (
     follow_command,
     limits_of,
     settings_of,
     slow_down,
-    turn,
 )
-from scara_drake.ik.kernels.postures import Bounds, Goal
+from scara_drake.ik.kernels.postures import Bounds
 from scara_drake.ik.kernels.rates import joint_rates_kernel
-from scara_drake.ik.kernels.refine import Descent, refine_kernel
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_LENGTH, ROTATION_TOLERANCE
+from scara_drake.ik.leading_back import CATCHING_UP as CATCHING_UP
+from scara_drake.ik.leading_back import (
+    OUTWARD_SHARE,
+    leads_back,
+    retreat,
+    share_of_tolerance,
+)
 from scara_drake.kinematics import (
     rotation_from_quaternion_kernel,
     rotation_vector_kernel,
@@ -36,7 +39,6 @@ from scara_drake.vectors import (
     pose_vector,
     servo_state_of,
     state_of,
-    tool_command_of,
 )
 
 Array = NDArray[np.float64]
@@ -45,18 +47,6 @@ Array = NDArray[np.float64]
 TRACKING = 0.0
 HOLDING = 1.0  # the target cannot be reached: the last good answer is held
 REACH_LIMITED = 2.0  # the target is drawn back into the reach of the arm
-CATCHING_UP = (
-    3.0  # the answer is further than the joints can go in a period: on the way at full speed
-)
-
-# The arm follows up to this share of the tolerances, and up to all of them only where the command
-# leads back: else a way back that first costs a millionth more would be held for ever.
-OUTWARD_SHARE = 0.9
-# Of their speed limits, where the joints go straight to a posture that is nearer to the command.
-RETREAT_SHARE = 0.1
-# How far ahead it is asked whether the command leads back [m], [rad], and with how many steps.
-AHEAD, AHEAD_ANGLE, AHEAD_STEPS = 0.02, 0.05, 15
-FAR = 0.5  # a posture further away than this is on another branch [m], [rad]
 
 
 @njit(cache=True)
@@ -167,89 +157,6 @@ def servo_step(
     desired.q[:] = q
     desired.v[:] = rates
     now.status[()] = REACH_LIMITED if cut else TRACKING
-
-
-@njit(cache=True)
-def retreat(
-    servo_state: Array,
-    state_desired: Array,
-    ahead: Array,
-    there: Array,
-    limits: Array,
-    period: float,
-) -> None:
-    """Move references (12,) and limiter (17,) straight towards those ahead, slowly, in place."""
-    desired, now, then = state_of(state_desired), servo_state_of(servo_state), servo_state_of(ahead)
-    slowest, rate = 1.0, limits_of(limits).rate
-    for i in range(6):
-        slowest = max(slowest, abs(there[i] - desired.q[i]) / (RETREAT_SHARE * period * rate[i]))
-    R, R_ahead, w = scratch(3, 3), scratch(3, 3), scratch(3)
-    rotation_from_quaternion_kernel(now.quaternion, R)
-    rotation_from_quaternion_kernel(then.quaternion, R_ahead)
-    rotation_vector_kernel(R_ahead, R, w)
-    for i in range(6):
-        step = (there[i] - desired.q[i]) / slowest
-        desired.q[i] += step
-        desired.v[i] = step / period
-    for i in range(3):
-        now.p[i] += (then.p[i] - now.p[i]) / slowest
-    now.mast[()] += (then.mast[()] - now.mast[()]) / slowest
-    turn(now.quaternion, w, 1.0 / slowest)
-    now.status[()] = CATCHING_UP
-
-
-@njit(cache=True)
-def share_of_tolerance(servo_state: Array, q: Array, position_only: bool) -> float:
-    """Return the larger of the errors of q (6,) at the limiter's pose, in their tolerances."""
-    now, R_desired = servo_state_of(servo_state), scratch(3, 3)
-    rotation_from_quaternion_kernel(now.quaternion, R_desired)
-    position, rotation = error_kernel(q, now.p, R_desired)
-    share = position / POSITION_TOLERANCE
-    return share if position_only else max(share, rotation / ROTATION_TOLERANCE)
-
-
-@njit(cache=True)
-def leads_back(
-    tool_command: Array, good: Array, settings: Array, limits: Array, ahead: Array, there: Array
-) -> bool:
-    """Return whether the pose a little ahead, towards the command, is better met than this one.
-
-    Both by least squares, which has the errors that are left at each.
-
-    Args:
-        tool_command: (8,).
-        good: the limiter (17,) where the arm is held.
-        settings: see `limiter.Settings`.
-        limits: see `limiter.Limits`.
-        ahead: copy of `good`; returns the limiter ahead.
-        there: posture (6,) that is held; returns the one ahead.
-    """
-    command, now, then = tool_command_of(tool_command), servo_state_of(good), servo_state_of(ahead)
-    s, most = settings_of(settings), limits_of(limits)
-    position_only, held = s.position_first > 0.0, there.copy()
-    R, R_ahead, w = scratch(3, 3), scratch(3, 3), scratch(3)
-    rotation_from_quaternion_kernel(now.quaternion, R)
-    rotation_from_quaternion_kernel(command.quaternion, R_ahead)
-    angle = rotation_vector_kernel(R_ahead, R, w)
-    distance = np.sqrt(np.sum((command.p - now.p) ** 2))
-    share = min(1.0, AHEAD / max(distance, AHEAD), AHEAD_ANGLE / max(angle, AHEAD_ANGLE))
-    for i in range(3):
-        then.p[i] += share * (command.p[i] - now.p[i])
-    turn(then.quaternion, w, share)
-    first_joint = 1 if s.mast_follows > 0.0 else 0
-    if first_joint == 1:
-        height = now.mast[()] + share * (command.mast[()] - now.mast[()])
-        then.mast[()] = there[0] = min(max(height, most.lower[0]), most.upper[0])
-    rotation_from_quaternion_kernel(then.quaternion, R_ahead)
-    bounds = Bounds(first_joint, most.lower.copy(), most.upper.copy())
-    length = 0.0 if position_only else ROTATION_LENGTH
-    descent, none, here = Descent(length, FAR, AHEAD_STEPS, False), scratch(0, 2), held.copy()
-    refine_kernel(here, Goal(now.p.copy(), R, bounds), descent, none)
-    refine_kernel(there, Goal(then.p.copy(), R_ahead, bounds), descent, none)
-    after = share_of_tolerance(ahead, there, position_only)
-    if after > 1.0 or np.abs(there - held).max() > FAR:
-        return False
-    return after < 0.99 * share_of_tolerance(good, here, position_only)
 
 
 @njit(cache=True)

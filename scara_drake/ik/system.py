@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from scara_drake import kinematics
 from scara_drake.common import checks
-from scara_drake.common.block import Block, Declaration, Input, Memory, Output
+from scara_drake.common.block import Block, Declaration, Input, Kernel, Memory, Output
 from scara_drake.common.fields import ABOVE_ZERO, choice, number
 from scara_drake.ik import servo
 from scara_drake.ik.kernels.limiter import LIMITS, SETTINGS, follow_command
+from scara_drake.ik.restart import put_at, restarting_step
 from scara_drake.ik.result import IkResult
 from scara_drake.ik.solve import METHODS, solve
 from scara_drake.joints import HOME, LOWER, MAX_SPEED, UPPER, check_configuration
@@ -162,6 +163,8 @@ class InverseKinematicsSystem(Block):
     Ports:
         input tool_command (8): p_WE [m], quaternion w x y z of R_WE, mast height [m]; not finite
             stops the run.
+        input references_restart (1), state (12): with `restarts`; where the first is above zero the
+            references are put at rest where the second, the measured one, is.
         output state_desired (12): discrete state, q, v references [m, rad, m/s, rad/s].
         output servo_state (17): discrete state: the limiter, status, count of samples, see
             `vectors.ServoState`.
@@ -186,6 +189,7 @@ class InverseKinematicsSystem(Block):
         q_start: (6,), or None.
         seed: of the swarms.
         period: [s].
+        restarts: whether the references can be put where the arm is.
 
     Raises:
         ValueError: `q_start` is outside the joint ranges, or `first_command` cannot be reached.
@@ -198,6 +202,7 @@ class InverseKinematicsSystem(Block):
         q_start: ArrayLike | None = None,
         seed: int = 0,
         period: float = 1e-3,
+        restarts: bool = False,
     ):
         self._config, self._seed = config, seed
         self._settings = config.settings(period)
@@ -206,9 +211,14 @@ class InverseKinematicsSystem(Block):
             q = first_posture(config, first_command, seed)
         else:
             q = check_configuration("q_start", q_start)
+        inputs = {"tool_command": Input(TOOL_COMMAND.size, finite=True)}
+        update: Kernel = servo.servo_step if config.method in FOLLOWERS else self._solve
+        if restarts:
+            inputs |= {"references_restart": Input(1), "state": Input(STATE.size)}
+            update = restarting_step if config.method in FOLLOWERS else self._solve_or_restart
         super().__init__(
             Declaration(
-                inputs={"tool_command": Input(TOOL_COMMAND.size, finite=True)},
+                inputs=inputs,
                 memory={
                     "state_desired": Memory(STATE.zeros(q=q), port=True),
                     "servo_state": Memory(servo.servo_state_at(q), port=True),
@@ -220,9 +230,23 @@ class InverseKinematicsSystem(Block):
                 },
                 parameters={"settings": self._settings, "limits": self._limits},
                 period=period,
-                update=servo.servo_step if config.method in FOLLOWERS else self._solve,
+                update=update,
             )
         )
+
+    def _solve_or_restart(
+        self,
+        tool_command: Array,
+        references_restart: Array,
+        state: Array,
+        state_desired: Array,
+        servo_state: Array,
+    ) -> None:
+        """`_solve`, or in its place a restart."""
+        if references_restart[0] > 0.0 and np.isfinite(state).all():
+            put_at(state, state_desired, servo_state, self._limits)
+        else:
+            self._solve(tool_command, state_desired, servo_state)
 
     def _solve(self, tool_command: Array, state_desired: Array, servo_state: Array) -> None:
         """Solve one sample from scratch, in Python; the count numbers the draws of the swarms."""

@@ -20,6 +20,7 @@ from scara_drake.metrics.command import command_error, status_shares
 from scara_drake.metrics.limits import beyond_range, saturated_share, speed_ratio
 from scara_drake.metrics.links import LINKS, silence, traffic
 from scara_drake.metrics.stretches import stretches
+from scara_drake.metrics.supervision import not_followed, stops_told
 from scara_drake.metrics.tracking import contact_force, tool_error, tracking_error
 
 TOOL_BOUND: Final = 0.05  # [m], of the tool from its reference
@@ -40,10 +41,13 @@ class Verdict:
     Attributes:
         failures: why the run is no success, a sentence each; empty where it is one.
         remarks: what else has to be known of it.
+        lost: whether the arm was lost, or did not follow at the end: it stood in a fault or an
+            emergency stop, or its command did not arrive or was not followed.
     """
 
     failures: tuple[str, ...]
     remarks: tuple[str, ...]
+    lost: bool = False
 
     @property
     def good(self) -> bool:
@@ -56,13 +60,17 @@ class Verdict:
 
 def verdict(recording: xr.Dataset) -> Verdict:
     """Judge a recording: a pure function of its variables."""
-    failures = [*_arm(recording), *_limits(recording), *_silent(recording)]
-    remarks = [*_outages(recording), *_statuses(recording), *_efforts(recording)]
+    lost, silent = [*_arm(recording), *not_followed(recording)], [*_silent(recording)]
+    failures = [*lost, *_limits(recording), *silent]
+    lost += [sentence for sentence in silent if sentence.startswith("command")]
+    remarks = [*stops_told(recording), *_outages(recording), *_statuses(recording)]
+    remarks += _efforts(recording)
     for sentence, open_end in _device(recording):
         (failures if open_end else remarks).append(sentence)
     for sentence, open_end in _command(recording):
         (failures if open_end and not failures else remarks).append(sentence)
-    return Verdict(tuple(failures), (*remarks, *_forces(recording)))
+        lost += [sentence] if open_end else []
+    return Verdict(tuple(failures), (*remarks, *_forces(recording)), bool(lost))
 
 
 def _arm(recording: xr.Dataset) -> Iterator[str]:

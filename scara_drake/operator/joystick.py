@@ -1,28 +1,40 @@
 """A joystick operator, live or recorded, and the system that samples it."""
 
+import logging
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
-from scara_drake.common.block import Block, Declaration, Memory
+from scara_drake.common.block import Block
 from scara_drake.common.fields import choice, number
 from scara_drake.common.resources import resource
-from scara_drake.operator.devices import AxisMap, Device, PygameDevice, WallClock, find_device
+from scara_drake.operator.devices import (
+    OPENERS,
+    AxisMap,
+    Device,
+    NoDeviceError,
+    WallClock,
+    Wanted,
+    find_device,
+)
+from scara_drake.operator.devices.profiles import load_profile, profile_names
 from scara_drake.operator.live_stick import LiveStick
 from scara_drake.operator.mapping import JoystickMapping, initial_command
-from scara_drake.operator.trace import CLOCK_TOLERANCE, Trace, load_operator
-from scara_drake.operator.trace_columns import SAID, by_default, said_of
-from scara_drake.vectors import device_status_of
+from scara_drake.operator.played_trace import check_trace, played
+from scara_drake.operator.trace import Trace, load_operator
+from scara_drake.operator.trace_columns import by_default
 
 Array = NDArray[np.float64]
 TraceArrays: TypeAlias = tuple[ArrayLike, ArrayLike] | Trace
 
-DEVICES = ("trace", "auto", "joystick")
+LENT = "station"  # of a device that the program lends
+DEVICES = ("trace", "auto", *OPENERS, LENT)
+
+LOG = logging.getLogger("scara_drake")
 
 
 @dataclass
@@ -30,10 +42,13 @@ class Joystick:
     """A joystick operator.
 
     Attributes:
-        device: "trace" plays a recorded CSV file, "joystick" reads a live device, and "auto" reads
-            a live device if one is plugged in, and plays the trace otherwise.
+        device: "trace" plays a recorded CSV file, "auto" reads a joystick or SpaceMouse if one is
+            plugged in and plays the trace otherwise, the others read a live device of that kind.
+            "station" is the page of `scara-drake station`, which asks for it itself.
         index: of the live device, where there are several.
-        axes: of the live device: which of them is which.
+        profile: of the live device, which says what its axes and buttons do: the name of a shipped
+            one, a YAML file, or empty for what its model is known for.
+        axes: of a joystick: which of them is which, in place of the profile's.
         trace: the CSV file, or the name of a shipped one.
         trace_from_first_row: its times count from its first row on, as for Unix times.
         sample_period: of the stick.
@@ -42,6 +57,7 @@ class Joystick:
 
     device: str = choice("trace", DEVICES)
     index: int = number(0, "1", 0, 31)
+    profile: str = ""
     axes: AxisMap = field(default_factory=AxisMap)
     trace: str = "operator_trace.csv"
     trace_from_first_row: bool = False
@@ -49,12 +65,15 @@ class Joystick:
     mapping: JoystickMapping = field(default_factory=JoystickMapping)
 
     def check_together(self, name: str) -> None:
-        """Check the trace file where it is to be played.
+        """Check the trace file where it is to be played, and the profile if it is named.
 
         Raises:
-            ValueError: there is none, or something in it is wrong; names the line and the column.
+            ValueError: there is none, or something in it is wrong; names the line and the column,
+                or the field.
         """
-        if self.device != "joystick":
+        if self.profile:
+            load_profile(self.profile)
+        if self.device in ("trace", "auto"):
             path = self.trace_path()
             if not path.is_file():
                 raise ValueError(f"{name}.trace: '{self.trace}', allowed a CSV file that exists")
@@ -66,21 +85,29 @@ class Joystick:
         return self.device != "trace"
 
     def found_from(self, folder: Path) -> "Joystick":
-        """Return the part such that a scenario in `folder` finds the trace that is played now."""
+        """Return the part such that a scenario in `folder` finds the files that it uses now."""
+        part = self
+        if self._profile_is_file():
+            part = replace(part, profile=str(Path(self.profile).resolve()))
         trace = self.trace_path().resolve()
         if self.is_live or (trace == self._shipped() and not (folder / self.trace).is_file()):
-            return self  # a shipped one is found by its name, wherever the package is
-        return replace(self, trace=str(trace))
+            return part  # a shipped one is found by its name, wherever the package is
+        return replace(part, trace=str(trace))
 
     def first_command(self) -> NDArray[np.float64]:
         """Return the tool command (8,) of the centred stick, see `initial_command`."""
         return initial_command(self.mapping)
 
     def resolve_files(self, folder: Path) -> None:
-        """Take a trace beside the scenario's file, if there is one, in place of a shipped one."""
+        """Take a trace and a profile beside the scenario's file, if they are there."""
         beside = folder / self.trace
         if beside.is_file() and beside.resolve() != self._shipped():
             self.trace = str(beside)
+        if self._profile_is_file() and (folder / self.profile).is_file():
+            self.profile = str(folder / self.profile)
+
+    def _profile_is_file(self) -> bool:
+        return bool(self.profile) and self.profile not in profile_names()
 
     def trace_path(self) -> Path:
         """Return the trace file: as named, or the shipped one of that name."""
@@ -91,15 +118,34 @@ class Joystick:
         path = resource("diagrams") / self.trace
         return path.resolve() if path.is_file() else None
 
+    def lend(self, device: Device) -> None:
+        """Let runs read a device that the program has."""
+        self.device, self._lent = LENT, device
+
     def open_device(self) -> Device | None:
         """Open the live device, or return None where the trace is to be played.
 
+        It is also played, and a warning says so, where this machine can have no such device.
+
         Raises:
-            ValueError: device is "joystick" and there is none of this index.
+            ValueError: the device asked for is not there, or its profile does not fit, or it is
+                "station" and there is none.
         """
-        if self.device == "joystick":
-            return PygameDevice(self.index, self.axes)
-        return find_device(self.axes) if self.device == "auto" else None
+        if not self.is_live:
+            return None
+        if self.device == LENT:
+            lent: Device | None = getattr(self, "_lent", None)
+            if lent is None:
+                raise ValueError(f"operator.device: {LENT}, allowed with `scara-drake station`")
+            return lent
+        wanted = Wanted(self.index, self.profile, self.axes)
+        try:
+            return find_device(wanted) if self.device == "auto" else OPENERS[self.device](wanted)
+        except NoDeviceError as error:
+            LOG.warning(
+                "operator.device: %s, but %s; the recorded operator plays", self.device, error
+            )
+            return None
 
     def make_source(self, device: Device | None, supervised: bool = False) -> "JoystickSource":
         """Return the source that samples the device, or plays the trace where it is None.
@@ -116,51 +162,6 @@ class Joystick:
         if supervised and trace.said is None:
             trace = trace._replace(said=by_default(len(trace.times)))
         return JoystickSource(trace, self.sample_period, f"trace {path.name}")
-
-
-@njit(cache=True)
-def hold_sample(sample: Array, axes: Array) -> None:
-    """Write a sample, clipped, into the axes (5,); leave them as they are if it is not finite."""
-    if np.isfinite(sample).all():
-        for i in range(axes.size):
-            axes[i] = min(max(sample[i], -1.0), 1.0)
-
-
-@njit(cache=True)
-def row_at(t: float, times: Array) -> int:
-    """Return the last row of a trace that is not later than `t` [s], or its first row."""
-    row = int(np.searchsorted(times, t + CLOCK_TOLERANCE, side="right")) - 1
-    return max(row, 0)
-
-
-@njit(cache=True)
-def play_trace(t: float, times: Array, rows: Array, joystick_axes: Array) -> None:
-    """Hold the last row (5,) of a trace that is not later than `t` [s], or its first row."""
-    hold_sample(rows[row_at(t, times)], joystick_axes)
-
-
-@njit(cache=True)
-def play_operator(
-    t: float,
-    times: Array,
-    rows: Array,
-    said: Array,
-    joystick_axes: Array,
-    orientation_axes: Array,
-    operator_buttons: Array,
-    device_connected: Array,
-    device_status: Array,
-    live_settings: Array,
-) -> None:
-    """Hold that row (5,) and what the device said beside its stick, the row (18,) of `said`."""
-    row = row_at(t, times)
-    hold_sample(rows[row], joystick_axes)
-    r = said_of(said[row])
-    orientation_axes[:] = r.orientation
-    operator_buttons[:] = r.buttons
-    device_connected[0] = device_status_of(r.status).connected
-    device_status[:] = r.status
-    live_settings[:] = r.settings
 
 
 class JoystickSource(Block):
@@ -213,7 +214,7 @@ class JoystickSource(Block):
         self.clock: WallClock | None = None
         self._device: Device | None = None
         if isinstance(source, tuple):
-            declaration = _played(_check_trace(*source), period)
+            declaration = played(check_trace(*source), period)
         else:
             self.clock = WallClock()
             declaration = LiveStick(source, self.clock).declaration(period)
@@ -225,45 +226,3 @@ class JoystickSource(Block):
         """Let go of the device, if there is one: its motors stop. Call it after the last run."""
         if self._device is not None:
             self._device.close()
-
-
-def _played(trace: Trace, period: float) -> Declaration:
-    times, rows, said = trace
-    initial = np.zeros(rows.shape[1])
-    hold_sample(rows[0], initial)
-    axes = Memory(initial, port=True)
-    if said is None:
-        return Declaration(
-            memory={"joystick_axes": axes},
-            parameters={"times": times, "rows": rows},
-            period=period,
-            update=play_trace,
-        )
-    first = SAID.unpack(said[0])
-    return Declaration(
-        memory={
-            "joystick_axes": axes,
-            "orientation_axes": Memory(first.orientation, port=True),
-            "operator_buttons": Memory(first.buttons, port=True),
-            "device_connected": Memory(first.status[:1], port=True),
-            "device_status": Memory(first.status, port=True),
-            "live_settings": Memory(first.settings, port=True),
-        },
-        parameters={"times": times, "rows": rows, "said": said},
-        period=period,
-        update=play_operator,
-    )
-
-
-def _check_trace(times: ArrayLike, axes: ArrayLike, said: ArrayLike | None = None) -> Trace:
-    t, a = np.array(times, dtype=np.float64), np.array(axes, dtype=np.float64)
-    if t.ndim != 1 or t.size == 0 or a.shape != (t.size, 5):
-        raise ValueError(f"trace: shapes {t.shape} and {a.shape}, allowed (n,) and (n, 5), n > 0")
-    if not (np.isfinite(t).all() and (np.diff(t) > 0.0).all()):
-        raise ValueError("trace: times that are not finite and increasing, allowed such times only")
-    if said is None:
-        return Trace(t, a)
-    more = np.array(said, dtype=np.float64)
-    if more.shape != (t.size, SAID.size) or not np.isfinite(more).all():
-        raise ValueError(f"trace: further columns {more.shape}, allowed ({t.size}, {SAID.size})")
-    return Trace(t, a, more)

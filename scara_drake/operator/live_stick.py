@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scara_drake.common.block import Declaration, Memory
 from scara_drake.common.layout import Cell, Layout
 from scara_drake.operator.devices import Device, Sample, WallClock
+from scara_drake.operator.devices.inputs import DOWN, REST_ZONE
 from scara_drake.operator.devices.sample import SHAPES, is_good
 from scara_drake.vectors import (
     DEVICE_STATUS,
@@ -27,9 +28,7 @@ from scara_drake.vectors import (
 Array = NDArray[np.float64]
 
 RATES = 3  # axes from here on are the mast's: speeds, not positions
-REST_ZONE = 0.1  # of the travel: where an axis counts as let go; worn sticks rest at up to 0.08
 PICK_UP = 0.02  # of the travel: the step that the arm may see when an axis counts again
-DOWN = 0.5  # a button from here on is pressed
 
 UNTOUCHED, COUNTS, HELD = 0.0, 1.0, 2.0
 

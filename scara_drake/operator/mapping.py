@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from scara_drake import joints
 from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory
-from scara_drake.common.fields import check, number, vector
+from scara_drake.common.fields import ABOVE_ZERO, check, choice, number, vector
 from scara_drake.common.layout import Layout
 from scara_drake.kinematics import REACH
 from scara_drake.vectors import held_command, tool_command_of
 
 Array = NDArray[np.float64]
 
+MODES = ("position", "rate")
 MAST_LOW, MAST_HIGH = float(joints.LOWER[0]), float(joints.UPPER[0])  # [m]
 
 
@@ -38,6 +39,14 @@ class JoystickMapping:
         mast_rate: speed of the mast at full stick or hat.
         max_speed: of the commanded tool point relative to the arm's base.
         smoothing: time constant; takes off the steps of a stick with few bits.
+        mode: "position", or "rate": the stick is a speed. It and what follows are for an operator
+            with a supervisor, and what moves is then smooth.
+        rate: of the tool at full stick in the mode "rate".
+        turn_rate: of the tool at full turn.
+        max_acceleration: of the commanded tool point relative to the arm's base.
+        max_jerk: of it. Turns and mast build up their acceleration in the same time.
+        turn_acceleration: of the tool's turn.
+        mast_acceleration: of the mast.
     """
 
     centre: list[float] = vector([0.80, -0.76, 0.0], "m", -REACH, REACH)
@@ -48,6 +57,13 @@ class JoystickMapping:
     mast_rate: float = number(0.2, "m/s", 0.0, float(joints.MAX_SPEED[0]))
     max_speed: float = number(0.5, "m/s", 1e-3, 5.0)
     smoothing: float = number(0.05, "s", 0.0, 2.0)
+    mode: str = choice("position", MODES)
+    rate: float = number(0.25, "m/s", 0.0, 5.0)
+    turn_rate: float = number(0.5, "rad/s", 0.0, 10.0)
+    max_acceleration: float = number(2.0, "m/s^2", ABOVE_ZERO, 100.0)
+    max_jerk: float = number(40.0, "m/s^3", ABOVE_ZERO, 1e5)
+    turn_acceleration: float = number(4.0, "rad/s^2", ABOVE_ZERO, 100.0)
+    mast_acceleration: float = number(1.0, "m/s^2", ABOVE_ZERO, 100.0)
 
     def parameters(self, period: float) -> Array:
         """Return the mapping over a period [s] as `stick_motion_of` reads it."""

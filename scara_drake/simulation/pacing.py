@@ -93,8 +93,8 @@ class Pacing:
     Args:
         rate: simulated seconds per second.
         time_step: of a tick [s].
-        clocks: are told the lateness at each tick.
-        paces: so are these, and the rest of it ten times a second.
+        clocks: are told the lateness at each tick, zero where the run waits for the clock.
+        paces: are told it too, below zero then, and the rest of it ten times a second.
         now: the clock [s].
 
     Attributes:
@@ -112,7 +112,7 @@ class Pacing:
         self.rate = rate
         self._per_second, self._per_tick, self._now = 1.0 / rate, 1.0 / time_step, now
         self._paces = tuple(paces)
-        self._clocks = (*clocks, *self._paces)
+        self._clocks = tuple(clocks)
         self._counts = [0] * BINS  # a list: its entries are counted up faster than an array's
         self._last, self._worst = 0, -math.inf
         self._restarts, self._given_up = 0, 0.0
@@ -133,7 +133,9 @@ class Pacing:
         """
         lateness = self._now() - self._origin - simulated * self._per_second
         for clock in self._clocks:
-            clock.lateness = lateness
+            clock.lateness = lateness if lateness > 0.0 else 0.0
+        for pace in self._paces:
+            pace.lateness = lateness
         tick = int(simulated * self._per_tick + 1e-6)
         if tick != self._last:
             self._last = tick

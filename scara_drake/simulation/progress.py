@@ -18,10 +18,14 @@ from rich.text import Text
 
 
 class _Line:
-    """A progress bar that is there within a `with`; shows nothing if not on."""
+    """A progress bar that is there within a `with`; shows nothing if not on.
 
-    def __init__(self, *columns: ProgressColumn, on: bool) -> None:
-        self._bar = Progress(*columns, console=Console(stderr=True), disable=not on)
+    It is drawn by a thread of its own, `drawn` times a second.
+    """
+
+    def __init__(self, *columns: ProgressColumn, on: bool, drawn: float = 10.0) -> None:
+        console = Console(stderr=True)
+        self._bar = Progress(*columns, console=console, disable=not on, refresh_per_second=drawn)
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -34,10 +38,17 @@ class _Line:
 class ProgressLine(_Line):
     """A progress bar with the simulated time and the real-time factor; shows nothing if not on.
 
-    Where the output is no terminal, one plain line is printed at the end.
+    Where the output is no terminal, one plain line is printed at the end. To draw it takes
+    milliseconds of Python, so a run in real time is shown seldom.
+
+    Args:
+        name: of the run.
+        duration: [s].
+        on: shows nothing otherwise.
+        paced: whether it runs in real time.
     """
 
-    def __init__(self, name: str, duration: float, on: bool):
+    def __init__(self, name: str, duration: float, on: bool, paced: bool = False):
         super().__init__(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -45,6 +56,7 @@ class ProgressLine(_Line):
             TextColumn("{task.fields[factor]:5.2f} x real time"),
             TimeRemainingColumn(),
             on=on,
+            drawn=2.0 if paced else 10.0,
         )
         self._task = self._bar.add_task(name, total=duration, factor=0.0)
 

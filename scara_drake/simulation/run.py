@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import logging
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
@@ -22,12 +23,14 @@ from scara_drake.display.camera import show_whole
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.metrics.scores import score_attributes
+from scara_drake.recordings.black_box import BlackBox
 from scara_drake.recordings.recorder import metadata
 from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
 from scara_drake.simulation.pacing import Clocked, Paced, Pacing
+from scara_drake.simulation.priority import real_time_priority, undisturbed
 from scara_drake.simulation.progress import ProgressLine
 from scara_drake.simulation.steppers import (
     AUTO,
@@ -37,7 +40,7 @@ from scara_drake.simulation.steppers import (
     DrakeStepper,
     compiled_stepper,
 )
-from scara_drake.wiring.show import show_robot
+from scara_drake.wiring.show import Watching, show_robot
 
 
 @runtime_checkable
@@ -53,6 +56,29 @@ class Run(Ended):
     """What a run was, and its recording."""
 
     recording: xr.Dataset
+
+
+@dataclass(frozen=True)
+class Live:
+    """What makes a run more than a computation.
+
+    Attributes:
+        realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
+        priority: a run in real time asks the system for priority, and says what it has got.
+        meshcat: draws the run, with a Stop button.
+        station: looks at it too.
+    """
+
+    realtime_rate: float = 0.0
+    priority: bool = False
+    meshcat: Meshcat | None = None
+    station: Watching | None = None
+
+    @property
+    def seen(self) -> bool:
+        """Whether somebody looks at the run while it goes on."""
+        watched = self.meshcat is not None or self.station is not None
+        return watched or self.realtime_rate > 0.0
 
 
 def simulate(
@@ -92,7 +118,7 @@ def simulate(
         scenario.q0 = [float(q) for q in q0]
     samples = Samples()
     try:
-        run_into(samples, scenario, realtime_rate, meshcat, progress, engine=engine)
+        run_into(samples, scenario, Live(realtime_rate, meshcat=meshcat), progress, engine=engine)
     except BaseException as error:
         with suppress(OSError):  # the disk may be full: then nothing is kept
             if samples.has_samples:
@@ -124,8 +150,7 @@ def scored(samples: Samples) -> xr.Dataset:
 def run_into(
     keeper: Keeper,
     scenario: Scenario,
-    realtime_rate: float = 0.0,
-    meshcat: Meshcat | None = None,
+    live: Live | None = None,
     progress: bool = False,
     signals: DeferredInterrupt | None = None,
     engine: str = AUTO,
@@ -141,21 +166,22 @@ def run_into(
         ValueError: a value is out of its bounds; nothing has been kept then.
         OSError: the journal cannot be written.
     """
-    checks.number("realtime_rate", realtime_rate, 0.0, 100.0)
-    seen = meshcat is not None or realtime_rate > 0.0
-    check_engine(engine, seen)
-    diagram = make_diagram(scenario, meshcat)
-    if realtime_rate > 0.0:
+    live, keeper = live or Live(), with_black_box(keeper, scenario)
+    rate, meshcat = live.realtime_rate, live.meshcat
+    checks.number("realtime_rate", rate, 0.0, 100.0)
+    check_engine(engine, live.seen)
+    diagram = make_diagram(scenario, meshcat, live.station)
+    if rate > 0.0:
         _warm_up(diagram, scenario.time_step)
     with (
         StopButton(meshcat) as stop,
         OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
-        ProgressLine(scenario.name, scenario.duration, progress) as line,
+        ProgressLine(scenario.name, scenario.duration, progress, rate > 0.0) as line,
         nullcontext(signals) if signals else DeferredInterrupt() as interrupt,
         _closing(diagram),
     ):
         watch, reason = Watch(interrupt, stop, overview, line), ""
-        if engine != DRAKE and not seen:
+        if engine != DRAKE and not live.seen:
             try:
                 compiled = compiled_stepper(diagram, scenario)
                 begin(keeper, diagram, COMPILED)
@@ -165,10 +191,18 @@ def run_into(
                     raise
                 reason = str(error)
         begin(keeper, diagram, DRAKE, reason)
-        pacing = _pacing(diagram, scenario, realtime_rate)
+        pacing = _pacing(diagram, scenario, rate)
         drake = DrakeStepper(diagram, pacing)
-        ended = advance(keeper, drake, scenario, watch, pacing)
+        with _before_others(pacing, live.priority):
+            ended = advance(keeper, drake, scenario, watch, pacing)
         return replace(ended, engine=DRAKE, engine_reason=reason)
+
+
+def with_black_box(keeper: Keeper, scenario: Scenario) -> Keeper:
+    """Return what also keeps the seconds before each fault of a supervised run."""
+    if scenario.supervision is None or isinstance(keeper, BlackBox):
+        return keeper
+    return BlackBox(keeper, scenario.logging.period)
 
 
 def check_engine(engine: str, seen: bool) -> None:
@@ -198,6 +232,20 @@ def _pacing(diagram: Diagram, scenario: Scenario, rate: float) -> Pacing | None:
     clocks = [system.clock for system in systems if isinstance(system, Clocked) and system.clock]
     paces = [system.pace for system in systems if isinstance(system, Paced)]
     return Pacing(rate, scenario.time_step, clocks, paces)
+
+
+@contextmanager
+def _before_others(pacing: Pacing | None, priority: bool) -> Iterator[None]:
+    """Keep a run in real time from being disturbed, by Python and, if wanted, by other programs."""
+    if pacing is None:
+        yield
+    elif not priority:
+        with undisturbed():
+            yield
+    else:
+        with undisturbed(), real_time_priority() as got:
+            logging.getLogger(__name__).info("Runs with %s", got)
+            yield
 
 
 @contextmanager

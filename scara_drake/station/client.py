@@ -64,10 +64,8 @@ class Client:
         """Let telemetry, and a picture of something at `wall` [s], take the place of older ones."""
         self._telemetry = telemetry
         if picture is not None:
-            if self._picture is None:
-                self._picture = (wall, picture)
-            elif self._shown:  # the scene itself is never left out
-                self._dropped += 1
+            self._dropped += self._picture is not None
+            if self._picture is None or self._shown:  # the scene itself is never left out
                 self._picture = (wall, picture)
         self._news.set()
 

@@ -32,6 +32,7 @@ class StationDevice:
     def __init__(self, mailboxes: Mailboxes, alive: Callable[[], bool] = lambda: True) -> None:
         self._mailboxes, self._alive = mailboxes, alive
         self._last: Any = no_input()
+        self._said = _sample(self._last)  # the last while it was there
         self._hand, self._told = 0, False
 
     def sample(self) -> Sample:
@@ -39,17 +40,12 @@ class StationDevice:
         found = self._mailboxes.input.read()
         if found is not None:
             self._last = found
-        last = self._last
-        same = int(last["hand"]) == self._hand
-        self._hand = int(last["hand"])
-        return Sample(
-            connected=bool(last["connected"]) and same and self._server_is_there(),
-            stamp=float(last["stamp"]),
-            axes=np.array(last["axes"]),
-            orientation=np.array(last["orientation"]),
-            buttons=np.array(last["buttons"]),
-            settings=np.array(last["settings"]),
-        )
+        now, same = _sample(self._last), int(self._last["hand"]) == self._hand
+        self._hand = int(self._last["hand"])
+        if now.connected and same and self._server_is_there():
+            self._said = now
+            return now
+        return self._said._replace(connected=False, settings=now.settings)
 
     def _server_is_there(self) -> bool:
         there = self._alive()
@@ -73,3 +69,15 @@ class StationDevice:
     def close(self) -> None:
         """Stop the motors; a second call does nothing."""
         self._mailboxes.rumble.write(np.zeros((), RUMBLE))
+
+
+def _sample(record: Any) -> Sample:
+    """Return an input as a sample, in arrays of its own."""
+    return Sample(
+        connected=bool(record["connected"]),
+        stamp=float(record["stamp"]),
+        axes=np.array(record["axes"]),
+        orientation=np.array(record["orientation"]),
+        buttons=np.array(record["buttons"]),
+        settings=np.array(record["settings"]),
+    )

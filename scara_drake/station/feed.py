@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, LeafSystem
 
+from scara_drake.common.pace import Pace
 from scara_drake.environment import Surface
 from scara_drake.station.mailbox import Mailbox
 from scara_drake.station.records import MAX_SURFACES, MAX_TASK, SIGNALS, empty_frame
@@ -18,20 +18,6 @@ PERIOD = 0.033  # [s]
 OFFSET = (
     1e-3  # a publish event sees the state before an update of its own time: come just after [s]
 )
-
-
-class Pace(NamedTuple):
-    """How a run keeps up with the clock.
-
-    Attributes:
-        lateness: now [s].
-        late_ticks: so far.
-        p99: of the lateness [s].
-    """
-
-    lateness: float
-    late_ticks: int
-    p99: float
 
 
 class StationFeed(LeafSystem):
@@ -44,8 +30,10 @@ class StationFeed(LeafSystem):
     Args:
         mailbox: of frames.
         surfaces: those that are drawn, in their order.
-        pace: of the run, where it is known.
         task: the line, where there is one.
+
+    Attributes:
+        pace: how the run keeps to the clock; who paces it writes there.
     """
 
     __slots__ = ()  # so that it can be freed, see `Collectable`
@@ -54,11 +42,10 @@ class StationFeed(LeafSystem):
         self,
         mailbox: Mailbox,
         surfaces: Sequence[Surface] = (),
-        pace: Callable[[], Pace] | None = None,
         task: Callable[[Context], str] | None = None,
     ) -> None:
         super().__init__()
-        self._mailbox, self._pace, self._task = mailbox, pace, task
+        self._mailbox, self._task, self.pace = mailbox, task, Pace()
         self._moving = [
             (index, surface)
             for index, surface in enumerate(surfaces[:MAX_SURFACES])
@@ -75,8 +62,8 @@ class StationFeed(LeafSystem):
                 frame[port.get_name()] = port.Eval(context)
         for index, surface in self._moving:
             frame["surfaces"][index] = moved(surface, t)
-        if self._pace is not None:
-            frame["lateness"], frame["late_ticks"], frame["p99"] = self._pace()
+        for name in ("lateness", "late_ticks", "p99"):
+            frame[name] = getattr(self.pace, name)
         if self._task is not None:
             frame["task"] = self._task(context).encode()[:MAX_TASK]
         frame["t"], frame["wall"] = t, time.monotonic()

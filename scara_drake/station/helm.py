@@ -53,6 +53,11 @@ class Helm:
             self._pass_to(request.to)
         return ""
 
+    def there_are(self, clients: int) -> None:
+        """Say how many clients there are."""
+        self._record["clients"] = clients
+        self._mailbox.write(self._record)
+
     def leave(self, client: int) -> None:
         """A client is gone; if it held control, nobody does."""
         if self.holder == client:
@@ -79,7 +84,8 @@ class Helm:
         return ""
 
     def _pass_to(self, client: int | None) -> None:
-        self.holder, hand, settings = client, self._record["hand"] + 1, self._record["settings"]
-        self._record = no_input()
-        self._record["hand"], self._record["settings"] = hand, settings
+        before, self._record = self._record, no_input()
+        self.holder, self._record["hand"] = client, before["hand"] + 1
+        for kept in ("clients", "settings"):
+            self._record[kept] = before[kept]
         self._mailbox.write(self._record)

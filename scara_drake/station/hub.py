@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from scara_drake.display.look import Part
 from scara_drake.recordings.surfaces import Block
 from scara_drake.station import telemetry
 from scara_drake.station.client import Client, Socket
@@ -33,13 +34,17 @@ class Facts(NamedTuple):
         scenario: its name.
         duration: [s].
         blocks: the surfaces that are drawn.
+        marks: what is drawn besides, see `marks`.
         delayed: whether a page sees the robot as late as the operator feels it, to begin with.
+        max_force: from which on the robot's supervisor backs off [N]; None where there is none.
     """
 
     scenario: str
     duration: float
     blocks: list[Block]
+    marks: list[Part]
     delayed: bool
+    max_force: float | None = None
 
 
 class Hub:
@@ -50,7 +55,7 @@ class Hub:
     ) -> None:
         self.helm, self.clock = Helm(mailboxes.input), clock
         self._mailboxes, self._facts = mailboxes, facts
-        self._scene = Scene(facts.blocks)
+        self._scene = Scene(facts.blocks, facts.marks)
         self._views = self._scene.views()
         self._telemeter = telemetry.Telemeter()
         self._frames: deque[Any] = deque(maxlen=int(REMEMBERED * TELEMETRY_RATE))
@@ -169,6 +174,7 @@ class Hub:
             "views": self._views,
             "delayed": client.delayed,
             "slow_scene": SLOW_SCENE,
+            "max_force": self._facts.max_force,
             "control": self._control(client),
         }
 
@@ -185,6 +191,7 @@ class Hub:
         yield from self._clients.values()
 
     def _tell_control(self) -> None:
+        self.helm.there_are(len(self._clients))
         for client in self._present():
             client.tell(self._control(client))
 

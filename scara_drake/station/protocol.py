@@ -148,6 +148,7 @@ class Hello(TypedDict):
     views: list[CameraView]
     delayed: bool  # what `view` is at the start
     slow_scene: float  # lag that is to be shown [s]
+    max_force: float | None  # from which on the robot's supervisor backs off [N]
     control: Control
 
 

@@ -51,6 +51,7 @@ FRAME: Final = np.dtype(
 )
 INPUT: Final = np.dtype(
     [
+        ("clients", "i8"),  # that watch or command
         ("hand", "i8"),  # counts who has held control; another hand is another device
         ("connected", "?"),
         ("stamp", "f8"),  # when the page last spoke, of the monotonic clock [s]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 import meshcat
@@ -63,12 +63,14 @@ class Scene:
 
     Args:
         blocks: the surfaces that are drawn, in the order of `feed.StationFeed`.
+        marks: what is drawn besides, in W.
     """
 
-    def __init__(self, blocks: list[Block]) -> None:
+    def __init__(self, blocks: list[Block], marks: Sequence[look.Part] = ()) -> None:
         urdf = ET.parse(resource("models", "scara6.urdf")).getroot()
         self._links = LinkTree(urdf)
-        self._moving, self._blocks = min(len(blocks), MAX_SURFACES), blocks
+        self._moving = min(len(blocks), MAX_SURFACES)
+        self._seen = [*map(corners_of, blocks), *(mark.X[None, :3, 3] for mark in marks)]
         viewer, keeper = _visualizer()
         add_robot(viewer, urdf, ROBOT)
         add_robot(viewer, urdf, UNDELAYED, GHOST)
@@ -77,6 +79,8 @@ class Scene:
         for part in (look.SHAFT, look.TIP):
             add_part(viewer[f"{FORCE}/{part.name}/solid"], part, on_top=True)
         add_surfaces(viewer, blocks)
+        for mark in marks:
+            add_part(viewer[f"marks/{mark.name}"], mark)
         for name, color in look.SKY.items():
             viewer["/Background"].set_property(name, color)
         viewer["/Axes"].set_property("visible", False)
@@ -115,8 +119,7 @@ class Scene:
 
     def views(self) -> list[CameraView]:
         """Return the places for the camera: the operator's first."""
-        points = np.vstack([np.empty((0, 3)), *map(corners_of, self._blocks)])
-        eye, target = look.camera(points)
+        eye, target = look.camera(np.vstack([np.empty((0, 3)), *self._seen]))
         distance = float(np.linalg.norm(eye - target))
         whole_eye, whole_target = look.camera(look.WHOLE)
         across = {"side": [0.0, -1.0, 0.05], "front": [1.0, 0.0, 0.05], "above": [0.01, 0.0, 1.0]}

@@ -20,8 +20,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import uvicorn
 
+from scara_drake.display.look import Part
 from scara_drake.recordings.surfaces import read_blocks
 from scara_drake.station.app import make_app
 from scara_drake.station.gate import BoundedProtocol
@@ -86,7 +88,14 @@ async def serve(told: dict[str, Any], descriptor: int) -> None:
         OSError: nobody can listen there.
     """
     listener = listen(told["host"], told["port"])
-    facts = Facts(told["scenario"], told["duration"], read_blocks(told["text"]), told["delayed"])
+    facts = Facts(
+        scenario=told["scenario"],
+        duration=told["duration"],
+        blocks=read_blocks(told["text"]),
+        marks=[Part(*mark)._replace(X=np.array(mark[3])) for mark in told["marks"]],
+        delayed=told["delayed"],
+        max_force=told["max_force"],
+    )
     hub = Hub(map_mailboxes(descriptor), facts)
     server = make_server(told, hub)
     tasks = [asyncio.create_task(server.serve([listener])), asyncio.create_task(hub.run())]

@@ -17,8 +17,10 @@ from scara_drake.environment.surfaces import is_own
 from scara_drake.scenario import Scenario, dump_scenario
 from scara_drake.station.device import StationDevice
 from scara_drake.station.feed import StationFeed
+from scara_drake.station.marks import marks_of
 from scara_drake.station.place import Place
 from scara_drake.station.records import make_mailboxes
+from scara_drake.supervision.config import Supervision
 from scara_drake.wiring import Signals, connect_by_name
 
 LOOPBACK: Final = "127.0.0.1"
@@ -84,6 +86,11 @@ class Station:
         """Whether the server is."""
         return self._process.poll() is None
 
+    def has_page(self) -> bool:
+        """Whether a page is open, or never will be."""
+        found = self._mailboxes.input.read()
+        return not self.is_there() or (found is not None and bool(found["clients"] > 0))
+
     def add(self, builder: DiagramBuilder, scenario: Scenario, signals: Signals) -> None:
         """Add to a Diagram what leaves the server the frames that it shows."""
         surfaces = [one for one in scenario.environment.surfaces if not is_own(one)]
@@ -115,5 +122,7 @@ def _what_is_served(scenario: Scenario, place: Place, token: str) -> dict[str, A
         "scenario": scenario.name,
         "duration": scenario.duration,
         "text": dump_scenario(scenario),
+        "marks": [[*mark._replace(X=mark.X.tolist())] for mark in marks_of(scenario)],
         "delayed": scenario.channel.link("down").maximum() > 0.0,
+        "max_force": (scenario.supervision or Supervision()).robot.max_force,
     }

@@ -20,6 +20,7 @@ from scara_drake.control.contract import make_controller
 from scara_drake.control.effort_limit import EffortLimit
 from scara_drake.plant.joint_forces import JointForces
 from scara_drake.wiring import Signals, chain, connect_by_name, outputs, plant_of
+from scara_drake.wiring.live import add_gain_scale
 from scara_drake.wiring.operators import first_reference
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def add_control(
         desired = made["state_desired_governed"]
     builder.Connect(state, controller.GetInputPort("state"))
     builder.Connect(desired, controller.GetInputPort("state_desired"))
+    add_gain_scale(builder, scenario, controller, signals)
     # A controller of the user's own need not say whether it observes.
     if getattr(scenario.controller, "observes_perturbation", False):
         estimator = builder.AddNamedSystem("contact_estimate", ContactForceEstimator())

@@ -17,10 +17,15 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, System
 
 from scara_drake.ik.system import InverseKinematicsSystem
-from scara_drake.operator.haptics import HapticOutput
-from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
-from scara_drake.wiring import Signals, chain, link_signals, outputs
+from scara_drake.wiring import Signals, link_signals, outputs
+from scara_drake.wiring.feeling import add_feeling
+from scara_drake.wiring.robot import add_supervised_remote
+from scara_drake.wiring.supervised import (
+    add_supervised_mapping,
+    return_report,
+    with_supervision,
+)
 
 if TYPE_CHECKING:
     from scara_drake.operator.devices import Device
@@ -37,12 +42,19 @@ def add_joystick(
     """Add the operator's side, the channel both ways and the inverse kinematics."""
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     device = operator.open_device()
-    source = operator.make_source(device)
+    supervised = device is not None or scenario.supervision is not None
+    source = operator.make_source(device, supervised)
     _say_who_commands(source.device_name, device is None and operator.device == "auto")
     joystick = builder.AddNamedSystem("joystick", source)
-    signals = signals | dict(outputs(joystick))
-    signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
-    return add_remote(builder, scenario, operator.first_command(), q_start, signals, device)
+    signals, first = signals | dict(outputs(joystick)), operator.first_command()
+    if not supervised:
+        signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
+        return add_remote(builder, scenario, first, q_start, signals)
+    scenario = with_supervision(scenario)
+    signals = add_supervised_mapping(builder, scenario, device is not None, signals)
+    signals = add_remote(builder, scenario, first, q_start, signals, device)
+    return_report(builder, signals)
+    return signals
 
 
 def add_mapping(
@@ -72,6 +84,8 @@ def add_remote(
         signals: so far.
         device: which haptics shake, if there is one.
     """
+    if scenario.supervision is not None:
+        return add_supervised_remote(builder, scenario, command, q_start, signals, device)
     period, link = scenario.time_step, scenario.channel.link("up")
     uplink = builder.AddNamedSystem(
         "uplink", link.make_system(command, period, scenario.seed_of("uplink"))
@@ -128,13 +142,6 @@ def _add_force(
     downlink = builder.AddNamedSystem(
         "downlink", link.make_system(np.zeros(3), period, scenario.seed_of("downlink"))
     )
-    haptics = builder.AddNamedSystem("haptics", HapticOutput(scenario.haptics, device))
     builder.Connect(signals["f_env_on_tool_W"], downlink.get_input_port())
-    builder.Connect(downlink.GetOutputPort("signal_received"), haptics.get_input_port())
-    made = link_signals(downlink, "down")
-    made["f_haptic"] = downlink.GetOutputPort("signal_received")
-    made["rumble"] = haptics.GetOutputPort("rumble")
-    if scenario.kinesthetic is not None:
-        force = KinestheticOutput(scenario.kinesthetic, period)
-        made["f_kinesthetic"] = chain(builder, "kinesthetic", force, made["f_haptic"])
-    return made
+    made = {**link_signals(downlink, "down"), "f_haptic": downlink.GetOutputPort("signal_received")}
+    return made | add_feeling(builder, scenario, made["f_haptic"], device)

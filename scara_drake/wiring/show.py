@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from scara_drake.display.scene import add_visualization
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
 from scara_drake.wiring import Signals, plant_of
+from scara_drake.wiring.supervised import with_supervision
 
 if TYPE_CHECKING:
     from scara_drake.ik.result import IkResult
@@ -32,6 +33,13 @@ DRAWN = (
 )
 
 
+class Watching(Protocol):
+    """What looks at a run from outside, such as the operator's station."""
+
+    def add(self, builder: DiagramBuilder, scenario: Scenario, signals: Signals) -> None:
+        """Add to a Diagram what it needs; nothing may read what that computes."""
+
+
 def add_export(
     builder: DiagramBuilder, scenario: Scenario, answer: IkResult | None, signals: Signals
 ) -> None:
@@ -40,11 +48,13 @@ def add_export(
     The recording also says how the first posture was found, if it was.
     """
     surfaces = tuple(surface.name for surface in scenario.environment.surfaces)
+    if builder.HasSubsystemNamed("operator_supervisor"):
+        scenario = with_supervision(scenario)  # that a live device has, so that it runs again
     text, duration = dump_scenario(scenario), scenario.duration
     notes = _notes(answer, device_name(signals))
     origin = Origin(scenario.name, text, scenario.seed, surfaces, duration, notes)
     periodic = periods(signals)
-    add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.logging.period)
+    add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.sample_period)
     for name, port in signals.items():
         builder.ExportOutput(port, name)
 

@@ -9,22 +9,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.layout import Layout
-from scara_drake.common.motion import limit_motion
+from scara_drake.common.motion import limit_motion, turn
 from scara_drake.common.scratch import scratch
 from scara_drake.kinematics import (
-    A4,
-    D3,
-    D6,
+    draw_into_reach,
     rotation_from_quaternion_kernel,
     rotation_vector_kernel,
 )
 from scara_drake.vectors import servo_state_of, tool_command_of
 
 Array = NDArray[np.float64]
-
-# The beam stays horizontal: the tool reaches every point within A4 + D6 of a circle of radius D3
-# around the mast. It is kept this far from the edge, where the arm loses a direction of motion.
-REACH_LIMIT = 0.98 * (A4 + D6)  # [m]
 
 
 class Settings(NamedTuple):
@@ -77,38 +71,6 @@ SETTINGS = Layout(Settings)
 LIMITS = Layout(Limits, lower=6, upper=6, rate=6)
 settings_of = SETTINGS.reader()
 limits_of = LIMITS.reader()
-
-
-@njit(cache=True)
-def turn(quaternion: Array, w: Array, dt: float) -> None:
-    """Turn a unit quaternion (w, x, y, z) by the rotation w dt expressed in W, in place."""
-    angle = dt * np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-    c, s = np.cos(0.5 * angle), 0.5 * dt * np.sinc(0.5 * angle / np.pi)
-    x, y, z = s * w[0], s * w[1], s * w[2]
-    qw, qx, qy, qz = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
-    quaternion[0] = c * qw - x * qx - y * qy - z * qz
-    quaternion[1] = c * qx + x * qw + y * qz - z * qy
-    quaternion[2] = c * qy + y * qw + z * qx - x * qz
-    quaternion[3] = c * qz + z * qw + x * qy - y * qx
-    quaternion /= np.sqrt(np.sum(quaternion * quaternion))
-
-
-@njit(cache=True)
-def draw_into_reach(p: Array) -> bool:
-    """Move a point (3,) relative to the arm's base back into its reach; return whether it was out.
-
-    The point goes straight towards the nearest point of the circle that the end of the beam can
-    be on, and stops at `REACH_LIMIT` from it.
-    """
-    radius = np.sqrt(p[0] * p[0] + p[1] * p[1])
-    x = D3 * p[0] / radius if radius > 0.0 else D3
-    y = D3 * p[1] / radius if radius > 0.0 else 0.0
-    distance = np.sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + p[2] ** 2)
-    if distance <= REACH_LIMIT:
-        return False
-    share = REACH_LIMIT / distance
-    p[0], p[1], p[2] = x + share * (p[0] - x), y + share * (p[1] - y), share * p[2]
-    return True
 
 
 @njit(cache=True)

@@ -1,14 +1,17 @@
-"""The devices that an operator can hold: each a file, and a line in `FINDERS`.
+"""The devices that an operator can hold: each a file, and a line in `OPENERS`.
 
 A device is not simulation state: it is read and shaken in events only, from one thread.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 from scara_drake.operator.devices.clock import WallClock
-from scara_drake.operator.devices.pygame_device import AxisMap, PygameDevice, find_joystick
-from scara_drake.operator.devices.sample import Sample, at_rest
+from scara_drake.operator.devices.profiles import AxisMap
+from scara_drake.operator.devices.pygame_device import PygameDevice, find_joystick
+from scara_drake.operator.devices.sample import NoDeviceError, Sample, at_rest
+from scara_drake.operator.devices.scripted import ScriptedDevice
 
 
 class Device(Protocol):
@@ -31,23 +34,93 @@ class Device(Protocol):
         """Stop the motors and let go of the device; a second call does nothing."""
 
 
-# Each opens the first device of its kind that is plugged in, or returns None.
-FINDERS: Final[tuple[Callable[[AxisMap], Device | None], ...]] = (find_joystick,)
+@dataclass(frozen=True)
+class Wanted:
+    """What a scenario says of its device.
+
+    Attributes:
+        index: where there are several.
+        profile: a name, a file, or "" for what the device is known for.
+        axes: in place of the profile's.
+    """
+
+    index: int = 0
+    profile: str = ""
+    axes: AxisMap = field(default_factory=AxisMap)
 
 
-def find_device(axes: AxisMap | None = None) -> Device | None:
-    """Open the first device that is plugged in, of the first kind that has one, or return None."""
-    found = (find(axes or AxisMap()) for find in FINDERS)
-    return next((device for device in found if device is not None), None)
+def _open_joystick(wanted: Wanted) -> Device:
+    return PygameDevice(wanted.index, wanted.axes, wanted.profile)
+
+
+def _open_keyboard(wanted: Wanted) -> Device:
+    from scara_drake.operator.devices.keyboard import open_keyboard
+
+    return open_keyboard(wanted.profile)
+
+
+def _open_spacemouse(wanted: Wanted) -> Device:
+    from scara_drake.operator.devices.spacemouse import SpaceMouseDevice
+
+    return SpaceMouseDevice(wanted.index, wanted.profile)
+
+
+def _find_joystick(wanted: Wanted) -> Device | None:
+    return find_joystick(wanted.axes, wanted.profile)
+
+
+def _find_spacemouse(wanted: Wanted) -> Device | None:
+    from scara_drake.operator.devices.spacemouse import find_spacemouse
+
+    return find_spacemouse(wanted.profile)
+
+
+# By `operator.device`: what opens it, or raises a ValueError of one line that says why not;
+# a `NoDeviceError` where this machine cannot have one, and the recorded operator plays instead.
+OPENERS: Final[dict[str, Callable[[Wanted], Device]]] = {
+    "joystick": _open_joystick,
+    "keyboard": _open_keyboard,
+    "spacemouse": _open_spacemouse,
+}
+# Of "auto": each opens the first device of its kind that is plugged in, or returns None.
+FINDERS: Final[tuple[Callable[[Wanted], Device | None], ...]] = (
+    _find_joystick,
+    _find_spacemouse,
+)
+
+
+def find_device(wanted: Wanted | None = None) -> Device | None:
+    """Open the first device that is plugged in, of the first kind that has one, or return None.
+
+    Raises:
+        ValueError: a profile that is not there or does not fit.
+        NoDeviceError: no pygame, and nothing else is plugged in.
+    """
+    missing: NoDeviceError | None = None
+    for find in FINDERS:
+        try:
+            device = find(wanted or Wanted())
+        except NoDeviceError as error:
+            missing = missing or error
+            continue
+        if device is not None:
+            return device
+    if missing is not None:
+        raise missing
+    return None
 
 
 __all__ = [
     "FINDERS",
+    "OPENERS",
     "AxisMap",
     "Device",
+    "NoDeviceError",
     "PygameDevice",
     "Sample",
+    "ScriptedDevice",
     "WallClock",
+    "Wanted",
     "at_rest",
     "find_device",
 ]

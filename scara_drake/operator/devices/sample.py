@@ -27,6 +27,10 @@ SHAPES: Final[dict[str, int]] = {
 }
 
 
+class NoDeviceError(ValueError):
+    """A kind of device that this machine cannot have: no library, no display."""
+
+
 class Sample(NamedTuple):
     """What a device says at one moment.
 

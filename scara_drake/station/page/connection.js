@@ -6,7 +6,8 @@
 
 const FIRST_WAIT = 500; // before it connects again [ms]
 const LONGEST_WAIT = 8000;
-const SILENT = 1000; // without a message [ms]
+const LOOK = 200; // whether there is news [ms]
+const SILENT = 5; // looks without any; not a time, which would pass while this page is busy
 const REASONS = {
   4400: "the server did not understand this page: reload it",
   4408: "this page was too slow for the server",
@@ -23,10 +24,10 @@ export class Connection extends EventTarget {
     /** @type {WebSocket | null} */
     this.socket = null;
     this.wait = FIRST_WAIT;
-    this.heard = 0;
+    this.quiet = -Infinity; // looks without telemetry; before the run has begun there is none
     this.silent = false;
     this.over = false; // the run has ended: there is nothing to come back to
-    setInterval(() => this.#watch(), 200);
+    setInterval(() => this.#watch(), LOOK);
   }
 
   open() {
@@ -36,7 +37,7 @@ export class Connection extends EventTarget {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.wait = FIRST_WAIT;
-      this.heard = performance.now();
+      this.quiet = -Infinity;
       this.#tell("open");
     };
     socket.onmessage = (message) => this.#receive(message.data);
@@ -58,12 +59,12 @@ export class Connection extends EventTarget {
 
   /** @param {string | ArrayBuffer} data */
   #receive(data) {
-    this.heard = performance.now();
     if (typeof data !== "string") {
       this.#tell("picture", data);
       return;
     }
     const message = JSON.parse(data);
+    if (message.type === "telemetry") this.quiet = 0;
     if (message.type === "ended") this.over = true;
     this.#tell(message.type, message);
   }
@@ -79,7 +80,8 @@ export class Connection extends EventTarget {
   }
 
   #watch() {
-    const silent = this.online && performance.now() - this.heard > SILENT;
+    this.quiet += 1;
+    const silent = this.online && this.quiet > SILENT;
     if (silent !== this.silent) {
       this.silent = silent;
       this.#tell("silent", silent);

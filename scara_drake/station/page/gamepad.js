@@ -46,6 +46,7 @@ export class GamepadSource {
     /** @type {number | null} index of the pad in use */
     this.index = null;
     this.id = "";
+    this.gone = false; // since the last reading
     /** @type {Set<string>} controls that have been at rest */
     this.rested = new Set();
     this.shaken = { low: 0, high: 0, at: -Infinity };
@@ -59,23 +60,21 @@ export class GamepadSource {
   pad() {
     const pads = [...(navigator.getGamepads?.() ?? [])].filter((pad) => pad?.connected);
     const same = pads.find((pad) => pad.index === this.index && pad.id === this.id);
-    const pad = same ?? pads.find((one) => one.mapping === "standard") ?? pads[0] ?? null;
-    if (pad !== (same ?? null)) this.#change(pad);
+    if (same) return same;
+    const pad = pads.find((one) => one.mapping === "standard") ?? pads[0] ?? null;
+    this.gone ||= this.index !== null;
+    this.index = pad ? pad.index : null;
+    if (pad) this.id = pad.id;
+    this.rested.clear();
     return pad;
   }
 
-  /** @param {Gamepad | null} pad another one than before */
-  #change(pad) {
-    this.index = pad ? pad.index : null;
-    this.rested.clear();
-    if (pad) this.id = pad.id;
-  }
-
-  /** @returns {import("./input.js").Reading | null} null: there is no gamepad */
+  /** @returns {import("./input.js").Reading | null} null: there is none, or it was another before */
   read() {
-    const before = this.index;
     const pad = this.pad();
-    if (!pad || (before !== null && before !== pad.index)) return null; // gone, or replaced
+    const gone = this.gone;
+    this.gone = false;
+    if (!pad || gone) return null;
     const reading = atRest();
     reading.axes = MAPPING.axes.map((parts) => this.#sum(pad, parts));
     reading.orientation = MAPPING.orientation.map((parts) => this.#sum(pad, parts));

@@ -8,8 +8,9 @@
 
 const PERIOD = 25; // between two messages [ms]
 const BUSY = 0.15; // an axis beyond this is a source in use
-const PULSE = 250; // how long a click holds its button down [ms]
+const PULSE = 250; // how long such a button is down, however short its press [ms]
 const ALWAYS = ["hold", "estop"]; // buttons that count from every source
+const PULSED = ["hold", "reset", "estop"]; // buttons that nobody may miss
 
 /**
  * What a source says: axes (5) and orientation (3) in [-1, 1], and the buttons that are down.
@@ -47,7 +48,7 @@ export class OperatorInput extends EventTarget {
     this.blocked = true; // engage has to be let go first
     this.reading = atRest(); // as it was sent
     this.words = ""; // why engage was released
-    /** @type {Map<string, number>} until when a clicked button is down */
+    /** @type {Map<string, number>} until when a button is down */
     this.pulses = new Map();
     setInterval(() => this.tick(), PERIOD);
     addEventListener("station-input", () => this.tick()); // a key or a finger: at once
@@ -90,16 +91,25 @@ export class OperatorInput extends EventTarget {
     for (const reading of readings.values()) {
       for (const name of ALWAYS) if (reading?.buttons[name]) buttons[name] = true;
     }
-    for (const [name, until] of this.pulses) {
-      if (performance.now() < until) buttons[name] = true;
-      else this.pulses.delete(name);
-    }
+    this.#prolong(buttons);
     if (!buttons.engage && !document.hidden) this.blocked = false;
     if (this.blocked || document.hidden) buttons.engage = false;
     if (buttons.engage) this.words = "";
     this.reading = { axes: [...said.axes], orientation: [...said.orientation], buttons };
     if (this.mine) this.send({ type: "input", ...this.reading, device: this.active.name });
     this.#tell("input", this.reading);
+  }
+
+  /**
+   * Keep down what was pressed a moment ago.
+   * @param {Record<string, boolean>} buttons
+   */
+  #prolong(buttons) {
+    const now = performance.now();
+    for (const name of PULSED) {
+      if (buttons[name]) this.pulses.set(name, now + PULSE);
+      buttons[name] = now < (this.pulses.get(name) ?? 0);
+    }
   }
 
   /** @param {Map<Source, Reading | null>} readings */

@@ -61,6 +61,7 @@ on("hello", (hello) => {
   settings.build(hello.settings);
   buildViews(hello.views, hello.delayed, (view) => scene.camera?.choose(view), send);
   control(hello.control);
+  status.forget("STARTING", "the run is about to begin");
   log.add("connected");
 });
 
@@ -93,7 +94,8 @@ on("lost", (words) => {
   input.block("the connection was lost");
   control({ you: -1, holder: null, mine: false, clients: [] });
   byId("take").disabled = true;
-  status.forget();
+  if (connection.over) return status.forget("THE END", "the run is over");
+  status.forget("NOT CONNECTED");
   banner("Connection lost", `${words}. The arm holds by itself.`);
   if (known) log.add("connection lost", 2);
 });

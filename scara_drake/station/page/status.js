@@ -8,7 +8,7 @@ const SLOW = 0.95; // a real-time factor below it is told
 const LATE = 0.001; // a p99 of lateness above it is told [s]
 const NEAR_LIMIT = 0.03; // of a joint's range
 const HIGH_EFFORT = 0.85;
-const FORCE_STEPS = [20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // of the bar [N]
+const FORCE_STEPS = [20, 50, 100, 200, 300, 400, 600, 800, 1000, 1500, 2000, 3000, 5000, 10000]; // of the bar [N]
 
 /**
  * @typedef {{state: number, name: string, reason: number, words: string, remedy: string}} Status
@@ -39,8 +39,8 @@ export class StatusPanel {
   /** @param {any} hello */
   build(hello) {
     this.slowScene = hello.slow_scene;
-    this.marks = hello.force_marks ?? [];
-    this.#scaleForce(Math.max(FORCE_STEPS[0], ...this.marks.map((mark) => mark.value * 1.1)));
+    this.marks = hello.max_force === null ? [] : [{ name: "limit", value: hello.max_force }];
+    this.#scaleForce(Math.max(FORCE_STEPS[0], ...this.marks.map((mark) => mark.value * 1.05)));
     this.joints = hello.joints.map(jointRow);
     byId("joints").replaceChildren(...this.joints.map((joint) => joint.row));
   }
@@ -57,9 +57,13 @@ export class StatusPanel {
     byId("task").hidden = !telemetry.task;
   }
 
-  /** Not connected: nothing is known. */
-  forget() {
-    this.#show("NONE", "NOT CONNECTED", "", "");
+  /**
+   * Nothing is known of the arm.
+   * @param {string} name
+   * @param {string} [words]
+   */
+  forget(name, words = "") {
+    this.#show("NONE", name, words, "");
     write(byId("side-operator"), "");
     write(byId("side-robot"), "");
   }
