@@ -15,9 +15,10 @@ import numpy as np
 import xarray as xr
 
 import scara_drake as sd
+from scara_drake.common.shipped import training_names
 from scara_drake.operator.skills import SKILLS
 from scara_drake.operator.trainee import Trainee
-from scara_drake.scenario import Scenario, training_names
+from scara_drake.scenario import Scenario
 from scara_drake.simulation.many import Failed, each_run
 
 Case = tuple[str, str, float, int]
