@@ -90,12 +90,9 @@ __all__ = [
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
-<<<<<<< HEAD
     "StickFilter",
     "SupervisedMapping",
-=======
     "TaskAnnotations",
->>>>>>> cutting
     "ToolPosition",
     "TraineeSource",
 ]

@@ -26,9 +26,6 @@ def whole(recording: xr.Dataset) -> xr.Dataset:
     joints = np.zeros((n, 6))
     names = ("q_measured", "q_desired", "v_measured", "v_desired", "tau_applied")
     more: dict[str, Any] = dict.fromkeys(names, (("time", "joint"), joints))
-        ("q_measured", "q_desired", "v_measured", "v_desired", "tau_applied"),
-        (("time", "joint"), joints),
-    )
     more |= {"p_WE_desired": recording.p_WE_measured, "p_WE_commanded": recording.p_WE_measured}
     more |= {name: ("time", np.zeros(n)) for name in ("delay_up", "delay_down", "status")}
     joint_names = ["d1", *(f"theta{k}" for k in range(2, 7))]
