@@ -13,6 +13,7 @@ from scara_drake.control.pid import PidController
 from scara_drake.control.sliding_mode import SlidingModeController
 from scara_drake.coupling.ends import MasterEnd, SlaveEnd
 from scara_drake.display.annotations import SceneAnnotations
+from scara_drake.display.task import TaskAnnotations
 from scara_drake.environment import ImpedanceContact, PipeCutting
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.buzz import Buzz, FeltForce
@@ -91,6 +92,7 @@ __all__ = [
     "SlidingModeController",
     "StickFilter",
     "SupervisedMapping",
+    "TaskAnnotations",
     "ToolPosition",
     "TraineeSource",
 ]

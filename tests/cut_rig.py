@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
@@ -49,7 +51,7 @@ class CutRig:
     """
 
     def __init__(
-        self, gap: float = 1e-4, period: float = 1e-3, blade: dict | None = None, **pipe: float
+        self, gap: float = 1e-4, period: float = 1e-3, blade: dict | None = None, **pipe: Any
     ) -> None:
         X_WE = forward_kinematics(HOME)
         self.aside, self.axis, self.ahead = X_WE[:3, :3].T

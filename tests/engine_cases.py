@@ -127,6 +127,7 @@ CASES: dict[str, tuple[str, Changes]] = {
             "channel.watch": "{age_limit: 0.02, afterwards: catch_up}",
         },
     ),
+    "supervised": ("teleoperation", {**COMES, "supervision": "{}"}),
     "lag": ("joint_sine", {"drives.lag": "{}"}),
     "friction": ("joint_sine", {"drives.friction": "{}"}),
     "exact encoder": ("joint_sine", {"drives.encoder": "{resolution: 0.0}"}),

@@ -66,6 +66,7 @@ class OperatorRig:
         self.mapped, self.motion = SUPERVISOR_STATUS.zeros(), MOTION.zeros(scale=1.0)
         self.mapping = pack_mapping(self.form, PERIOD)
         self.path: list[np.ndarray] = []
+        self.motions: list[np.ndarray] = []
         self.filtering = FILTERING.pack(ticks=SAMPLE / PERIOD, spike=self.config.spike)
         self.supervision = self.config.parameters(PERIOD)
         self.time = 0.0
@@ -96,6 +97,7 @@ class OperatorRig:
                 self.mapped,
             )
             self.path.append(self.tool_command.copy())
+            self.motions.append(self.motion.copy())
         self.time += count * PERIOD
 
     def run(self, seconds: float, **values: float) -> OperatorRig:

@@ -8,6 +8,7 @@ the run, however that ends.
 from __future__ import annotations
 
 import asyncio
+import asyncio.constants
 import json
 import logging
 import os
@@ -36,6 +37,7 @@ NICE: Final = 5  # the simulation goes first
 LAST_WORDS: Final = 1.0  # to the pages, once the input has ended [s]
 PING: Final = 5.0  # [s]
 UNREAD: Final = 20  # after which what a page does not read is given up [s]
+HANDSHAKE: Final = 5.0  # of TLS [s]
 SEND_BUFFER: Final = 1 << 17  # of the system, of one connection [bytes]
 
 
@@ -128,6 +130,7 @@ def _say(message: dict[str, Any]) -> None:
 def main(descriptor: int) -> None:
     """Serve what the first line of the input tells."""
     os.nice(NICE)
+    asyncio.constants.SSL_HANDSHAKE_TIMEOUT = HANDSHAKE  # uvicorn has no option for it
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     logging.getLogger("uvicorn.error").setLevel(logging.ERROR)
     told = json.loads(sys.stdin.readline())

@@ -134,7 +134,36 @@ def _at_motion_start(scenario: Scenario) -> Array:
     return np.array(motion.start_state(), dtype=np.float64)
 
 
+def _no_supervision(scenario: Scenario) -> None:
+    if scenario.supervision is not None:
+        raise ValueError("supervision: set, allowed with a Joystick or an External only")
+
+
+def _supervised_watch(scenario: Scenario) -> None:
+    """Check what a supervised command goes with.
+
+    Raises:
+        ValueError: a second watch over the command, or packets that come less often than the
+            command counts as lost.
+    """
+    if scenario.supervision is None:
+        return
+    if scenario.channel.watch is not None:
+        raise ValueError("channel.watch: set, allowed without supervision, which watches itself")
+    period = getattr(scenario.channel.link("up"), "send_period", 0.0)
+    limit = scenario.supervision.robot.age_limit
+    checks.number("supervision.robot.age_limit", limit, 1.5 * period, 10.0)
+
+
+def _check_external(scenario: Scenario) -> None:
+    _supervised_watch(scenario)
+    operator: External = scenario.operator  # type: ignore[assignment]  # the table has chosen it
+    if operator.port == "command_frame" and scenario.supervision is None:
+        raise ValueError("operator.port: 'command_frame', allowed with supervision only")
+
+
 def _no_device(scenario: Scenario) -> None:
+    _no_supervision(scenario)
     if scenario.kinesthetic is not None:
         raise ValueError("kinesthetic: set, allowed with a Joystick or an External only")
 
@@ -156,24 +185,20 @@ def _check_trainee(scenario: Scenario) -> None:
         raise ValueError("operator: !Trainee, allowed in a scenario with a task")
 
 
-def _anything_goes(scenario: Scenario) -> None:
-    """Accept every scenario."""
-
-
 NEEDS_MASTER = "a coupling needs 'operator: !Master {}', as in the scenario bilateral"
 
 OPERATORS: dict[type, OperatorWiring] = {
     Joystick: OperatorWiring(
         add_joystick,
         _at_first_command,
-        _anything_goes,
+        _supervised_watch,
         answer=_answer_to_first_command,
         unused={"coupling": NEEDS_MASTER},
     ),
     External: OperatorWiring(
         add_external,
         _at_first_command,
-        _anything_goes,
+        _check_external,
         answer=_answer_to_first_command,
         unused={"coupling": NEEDS_MASTER},
     ),

@@ -71,7 +71,7 @@ def add_supervised_remote(
     signals = signals | _robot(builder, scenario, command, q_start, signals)
     signals = signals | _downlink(builder, scenario, q_start, signals)
     signals = signals | add_supervised_feeling(builder, scenario, signals, device)
-    if "f_env_on_tool_W" in signals:
+    if "f_env_on_tool_W" in signals and "tool_command" in signals:
         energy = builder.AddNamedSystem(
             "channel_energy", ChannelEnergy(command, scenario.time_step)
         )
@@ -102,13 +102,15 @@ def _uplink(
 ) -> Signals:
     """Pack the command with the state of its operator, and lead both over the channel."""
     period, link = scenario.time_step, scenario.channel.link("up")
-    packer = builder.AddNamedSystem("command_frame", CommandFramePacker())
-    made = connect_by_name(builder, packer, signals | _status(builder, signals))
+    made: Signals = {}
+    if "command_frame" not in signals:
+        packer = builder.AddNamedSystem("command_frame", CommandFramePacker())
+        made = connect_by_name(builder, packer, signals | _status(builder, signals))
     first = COMMAND_FRAME.pack(tool_command=command, state=float(State.IDLE), engagements=0.0)
     uplink = builder.AddNamedSystem(
         "uplink", link.make_system(first, period, scenario.seed_of("uplink"))
     )
-    builder.Connect(made["command_frame"], uplink.get_input_port())
+    builder.Connect((signals | made)["command_frame"], uplink.get_input_port())
     made["command_frame_received"], told = add_live_delay(
         builder, "up", uplink, first, period, signals
     )

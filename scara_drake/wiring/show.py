@@ -12,6 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 from scara_drake.common.block import Block
 from scara_drake.display.camera import set_camera
 from scara_drake.display.scene import add_visualization
+from scara_drake.display.task import TaskAnnotations
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
 from scara_drake.wiring import Signals, plant_of
@@ -86,12 +87,18 @@ def add_scene(
     for name in DRAWN:
         if name in signals:
             builder.Connect(signals[name], annotations.GetInputPort(name))
+    task, pipe = scenario.task, scenario.environment.cut
+    if task is not None or pipe is not None:
+        drawn = builder.AddNamedSystem("task", TaskAnnotations(meshcat, task, pipe))
+        if pipe is not None:
+            builder.Connect(signals["cells"], drawn.GetInputPort("cells"))
 
 
 def places(scenario: Scenario) -> Array:
-    """Return the places (n, 3) [m] of a motion that is known beforehand, to be in the picture."""
+    """Return the places (n, 3) [m] of the task and of a known motion, to be in the picture."""
     known = getattr(scenario.operator, "places", lambda duration: ())(scenario.duration)
-    return np.reshape(known, (-1, 3))
+    asked = () if scenario.task is None else scenario.task.places()
+    return np.vstack([np.reshape(known, (-1, 3)), np.reshape(asked, (-1, 3))])
 
 
 def show_robot(meshcat: Meshcat, scenario: Scenario) -> None:

@@ -135,7 +135,7 @@ class Profile:
     def away(self, inputs: Mapping[str, float]) -> set[str]:
         """Return the inputs that stand away from rest, of the axes that several inputs move.
 
-        A trigger of which SDL has heard nothing yet reads as if it were half pressed.
+        Two triggers under two fingers cancel, so the axis alone would not tell.
         """
         uses = (getattr(self.axes, axis.name) for axis in fields(self.axes))
         return {

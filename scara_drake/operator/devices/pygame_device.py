@@ -48,7 +48,7 @@ class PygameDevice:
         self._profile = fitting_profile(self._sdl.plugged(index), profile)
         self._profile = self._profile.changed(axes or AxisMap())
         self._open(index)
-        self._untouched = self._profile.away(self._read())
+        self._untouched: set[str] | None = None  # until the first sample
         self._last = at_rest(time.monotonic())
 
     def _open(self, index: int) -> None:
@@ -87,7 +87,8 @@ class PygameDevice:
         has been there; for axes of one input the block sees to that.
         """
         values = self._read()
-        self._untouched &= self._profile.away(values)
+        away = self._profile.away(values)
+        self._untouched = away if self._untouched is None else self._untouched & away
         return {name: value for name, value in values.items() if name not in self._untouched}
 
     def _read(self) -> dict[str, float]:

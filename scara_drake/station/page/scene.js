@@ -34,7 +34,8 @@ export class Scene {
 
   /** @param {ArrayBuffer} picture */
   add(picture) {
-    this.waiting.push(picture);
+    if (this.viewer) this.waiting.push(picture);
+    else this.send({ type: "drawn", frame: new DataView(picture).getUint32(0, true) });
   }
 
   /** A new connection sends the whole scene anew. */
