@@ -95,7 +95,7 @@ class BlackBox:
         self._keeper.append(times[rows], values[rows])
 
     def end(self, by: str, at: float, notes: Notes | None = None) -> None:
-        """Keep what ended the run, when [s], and what else the run says of itself."""
+        """Keep what ended the run, and when [s], and further attributes of the recording."""
         self._keeper.end(by, at, notes)
 
     def _start(self, description: dict[str, Any]) -> None:
