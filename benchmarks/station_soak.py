@@ -95,11 +95,11 @@ def main() -> None:
 
 def soak(options: argparse.Namespace) -> dict[str, str]:
     """Return the rows of the table."""
-    from scara_drake.cli.kernels import compile_kernels
     from scara_drake.cli.summary import timing_words
     from scara_drake.recordings.files import load_recording
     from scara_drake.recordings.journal import Journal
     from scara_drake.scenario import load_scenario
+    from scara_drake.simulation.kernels import compile_kernels
     from scara_drake.simulation.run import Live, run_into
     from scara_drake.station.place import Place
     from scara_drake.station.station import Station

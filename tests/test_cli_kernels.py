@@ -7,9 +7,9 @@ from numba import njit
 from rich.console import Console
 
 from scara_drake.cli.compile_line import counted_kernels
-from scara_drake.cli.kernels import compile_kernels
 from scara_drake.cli.main import main
 from scara_drake.scenario import load_scenario
+from scara_drake.simulation.kernels import compile_kernels
 
 
 def test_what_is_compiled_is_counted_in_one_line_of_a_terminal():

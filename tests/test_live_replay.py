@@ -75,7 +75,7 @@ def test_a_script_in_real_time_plays_again(tmp_path) -> None:
             axes=np.array([0.6 * np.sin(5.0 * t), 0.3 * np.sin(7.0 * t), 0.2 * t, 0.0, 0.0]),
             orientation=np.array([0.0, 0.0, 0.3 * np.sin(4.0 * t)]),
             buttons=OPERATOR_BUTTONS.pack(
-                engage=float(t > 0.1), clutch=float(0.5 < t < 0.6), hold=0.0, reset=0.0,
+                engage=float(t > 0.4), clutch=float(0.7 < t < 0.8), hold=0.0, reset=0.0,
                 estop=0.0, mast=0.0,
             ),
             settings=LIVE_SETTINGS.pack(

@@ -10,9 +10,9 @@ from rich.console import Console
 
 from scara_drake import ik, kinematics
 from scara_drake.cli.compile_line import counted_kernels
-from scara_drake.cli.kernels import compile_kernels
 from scara_drake.joints import HOME
 from scara_drake.scenario import load_scenario, scenario_names
+from scara_drake.simulation.kernels import compile_kernels
 
 
 def run(options: argparse.Namespace, console: Console) -> None:

@@ -8,7 +8,6 @@ import sys
 from pydrake.geometry import Meshcat
 from rich.console import Console
 
-from scara_drake.cli.kernels import compile_kernels
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.recorded import (
     end_by_signal,
@@ -24,6 +23,7 @@ from scara_drake.display.camera import set_camera
 from scara_drake.display.page import publish_recording, save_html, start_recording
 from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.scenario import Scenario
+from scara_drake.simulation.kernels import compile_kernels
 from scara_drake.simulation.run import Live, check_engine, run_into, with_black_box
 
 

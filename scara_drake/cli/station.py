@@ -10,7 +10,6 @@ from importlib.util import find_spec
 
 from rich.console import Console
 
-from scara_drake.cli.kernels import compile_kernels
 from scara_drake.cli.parser import STATION_DURATION
 from scara_drake.cli.recorded import (
     end_by_signal,
@@ -24,6 +23,7 @@ from scara_drake.cli.recorded import (
 )
 from scara_drake.metrics import Verdict
 from scara_drake.scenario import Scenario
+from scara_drake.simulation.kernels import compile_kernels
 from scara_drake.simulation.run import Live, run_into, with_black_box
 from scara_drake.station.place import LOOPBACK, Place
 from scara_drake.station.station import Station

@@ -159,9 +159,12 @@ class Joystick:
             return JoystickSource(device, self.sample_period)
         path = self.trace_path()
         trace = load_operator(path, self.trace_from_first_row)
-        if supervised and trace.said is None:
+        silent = trace.said is None
+        if supervised and silent:
             trace = trace._replace(said=by_default(len(trace.times)))
-        return JoystickSource(trace, self.sample_period, f"trace {path.name}")
+        source = JoystickSource(trace, self.sample_period, f"trace {path.name}")
+        source.says_buttons = not silent
+        return source
 
 
 class JoystickSource(Block):
@@ -200,6 +203,7 @@ class JoystickSource(Block):
 
     Attributes:
         device_name: what the axes come from.
+        says_buttons: they are those of somebody, not what stands for them where a trace has none.
         clock: beside a device; None for a trace.
 
     Raises:
@@ -220,7 +224,7 @@ class JoystickSource(Block):
             declaration = LiveStick(source, self.clock).declaration(period)
             self._device, name = source, source.name
         super().__init__(declaration)
-        self.device_name = name
+        self.device_name, self.says_buttons = name, True
 
     def close(self) -> None:
         """Let go of the device, if there is one: its motors stop. Call it after the last run."""

@@ -14,7 +14,6 @@ from typing import Protocol, runtime_checkable
 
 import xarray as xr
 from pydrake.geometry import Meshcat
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram
 
 from scara_drake.common import checks
@@ -29,6 +28,7 @@ from scara_drake.recordings.samples import Keeper, Samples
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.advance import Ended, Watch, advance
 from scara_drake.simulation.interrupt import DeferredInterrupt
+from scara_drake.simulation.kernels import compile_kernels
 from scara_drake.simulation.pacing import Clocked, Paced, Pacing
 from scara_drake.simulation.priority import real_time_priority, undisturbed
 from scara_drake.simulation.progress import ProgressLine
@@ -172,7 +172,7 @@ def run_into(
     check_engine(engine, live.seen)
     diagram = make_diagram(scenario, meshcat, live.station)
     if rate > 0.0:
-        _warm_up(diagram, scenario.time_step)
+        compile_kernels(scenario)  # none of them shall stall the run
     with (
         StopButton(meshcat) as stop,
         OverviewButton(meshcat, show_whole, partial(show_robot, scenario=scenario)) as overview,
@@ -256,9 +256,3 @@ def _closing(diagram: Diagram) -> Iterator[None]:
             if isinstance(system, Closable):
                 stack.callback(system.close)
         yield
-
-
-def _warm_up(diagram: Diagram, time_step: float) -> None:
-    """Run two ticks on a context of their own, so that no compilation stalls the paced run."""
-    simulator = Simulator(diagram)
-    simulator.AdvanceTo(2.5 * time_step)

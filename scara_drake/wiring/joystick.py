@@ -51,7 +51,7 @@ def add_joystick(
         signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
         return add_remote(builder, scenario, first, q_start, signals)
     scenario = with_supervision(scenario)
-    signals = add_supervised_mapping(builder, scenario, device is not None, signals)
+    signals = add_supervised_mapping(builder, scenario, source.says_buttons, signals)
     signals = add_remote(builder, scenario, first, q_start, signals, device)
     return_report(builder, signals)
     return signals

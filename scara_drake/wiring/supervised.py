@@ -35,7 +35,7 @@ def with_supervision(scenario: Scenario) -> Scenario:
 
 
 def add_supervised_mapping(
-    builder: DiagramBuilder, scenario: Scenario, live: bool, signals: Signals
+    builder: DiagramBuilder, scenario: Scenario, says_buttons: bool, signals: Signals
 ) -> Signals:
     """Add what turns a device's sample into `tool_command`, and says whether it counts.
 
@@ -45,7 +45,7 @@ def add_supervised_mapping(
     Args:
         builder: of the Diagram.
         scenario: of it, with `supervision`.
-        live: somebody holds the device.
+        says_buttons: they are those of somebody; one that is down at the start is no press.
         signals: of the joystick.
     """
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
@@ -53,7 +53,7 @@ def add_supervised_mapping(
     made = dict(signals)
     for name, system in (
         ("stick_filter", StickFilter(operator.sample_period, config.spike, period)),
-        ("operator_supervisor", OperatorSupervisor(config, live, period)),
+        ("operator_supervisor", OperatorSupervisor(config, says_buttons, period)),
         ("mapping", SupervisedMapping(operator.mapping, period)),
     ):
         builder.AddNamedSystem(name, system)
