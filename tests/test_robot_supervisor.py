@@ -1,5 +1,7 @@
 """The robot's supervisor: what it lets through, how it stops, and how it goes on."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -54,7 +56,7 @@ def assert_smooth(rig, since):
 
 NO_NUMBER, NO_ROTATION = np.full(8, np.nan), np.zeros(8)
 NOT_MEASURED, GIVES = Reason.BAD_MEASUREMENT, Reason.CHANNEL_ENERGY
-STOPS = {
+STOPS: dict[str, tuple[dict[str, Any], State, Reason, int]] = {
     "the command is lost": ({"lost": True}, State.HOLD, Reason.COMMAND_LOST, 1),
     "the operator lets go": ({"operator": State.HOLD}, State.HOLD, Reason.HELD, 0),
     "his side has a fault": ({"operator": State.FAULT}, State.HOLD, Reason.HELD, 0),

@@ -149,7 +149,7 @@ def random_run(seed, faults):
         if kind in (0, 1, 2):
             arm.engage()
         elif kind == 3:
-            arm.operator = State(rng.integers(6))
+            arm.operator = State(int(rng.integers(6)))
         elif kind == 4:
             arm.reset()
         elif kind == 5:
@@ -157,7 +157,7 @@ def random_run(seed, faults):
         elif kind == 6:
             arm.command[rng.integers(8)] = rng.choice([np.nan, np.inf, 1e9])
         elif kind == 7:
-            arm.command = np.array(arm.scenario.operator.first_command())
+            arm.command = arm.first.copy()
             arm.command[:3] += rng.normal(0.0, 0.3, 3)
         if kind != 5:
             arm.push(np.zeros(6))

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake.recordings.dataset import to_dataset
+from scara_drake.recordings.dataset import Notes, to_dataset
 from scara_drake.recordings.files import save_recording
 from scara_drake.recordings.samples import Keeper
 from scara_drake.vectors import SUPERVISOR_STATUS
@@ -94,9 +94,9 @@ class BlackBox:
         rows = self._of_the_recording(times)
         self._keeper.append(times[rows], values[rows])
 
-    def end(self, by: str, at: float) -> None:
-        """Keep what ended the run, and when [s]."""
-        self._keeper.end(by, at)
+    def end(self, by: str, at: float, notes: Notes | None = None) -> None:
+        """Keep what ended the run, and when [s], and further attributes of the recording."""
+        self._keeper.end(by, at, notes)
 
     def _start(self, description: dict[str, Any]) -> None:
         self._description = description
