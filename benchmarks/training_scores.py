@@ -15,9 +15,10 @@ import numpy as np
 import xarray as xr
 
 import scara_drake as sd
+from scara_drake.common.shipped import training_names
 from scara_drake.operator.skills import SKILLS
 from scara_drake.operator.trainee import Trainee
-from scara_drake.scenario import Scenario, training_names
+from scara_drake.scenario import Scenario
 from scara_drake.simulation.many import Failed, each_run
 
 Case = tuple[str, str, float, int]
@@ -50,7 +51,7 @@ def measure(options: argparse.Namespace) -> Iterator[tuple[Case, tuple[float, fl
         for seed in range(options.seeds)
     ]
     runs = ((number, trained(*case, options.duration)) for number, case in enumerate(cases))
-    for number, result in each_run(runs, scored, options.jobs):
+    for number, result in each_run(runs, scored, options.jobs, options.engine):
         if isinstance(result, Failed):
             print(f"{cases[number]}: {result.reason}", flush=True)
         else:
@@ -65,6 +66,7 @@ def main() -> None:
     parser.add_argument("--round-trips", nargs="+", type=float, default=[0.1])
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--duration", type=float, default=120.0)
+    parser.add_argument("--engine", default="auto", help="compiled leaves out what needs Drake")
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
     print("| task | round trip [s] | skill | score, mean ± SD | least | done | time, median [s] |")

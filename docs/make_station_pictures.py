@@ -108,6 +108,8 @@ def main() -> None:
         page.goto(station.address)
         page.click("#take")
         page.wait_for_selector("body[data-mine=true]")
+        play(frames.frames[:1], station, done, time.monotonic())
+        page.wait_for_selector('#lag:text-matches("[0-9]")')  # the first picture is drawn
         start = time.monotonic() + 0.5
         player = threading.Thread(target=play, args=(frames.frames, station, done, start))
         player.start()

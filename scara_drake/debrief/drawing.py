@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 AXES: Final = ("x", "y", "z")
 MARGIN: Final = 0.06  # [m] around the path and the task
-MARK: Final = look.COMMANDED
+MARK: Final = "#333333"
 PATH: Final = look.MEASURED[:3]
 SOLID: Final = look.SURFACE[:3]
 
@@ -97,7 +97,14 @@ def _task(recording: xr.Dataset, ax: Axes, first: int, second: int) -> Array:
         if style == "none":
             for number, point in enumerate(points, 1):
                 ax.add_patch(_ring(point[[first, second]], task.tolerance))
-                ax.annotate(str(number), point[[first, second]], color=MARK, fontsize=9)
+                ax.annotate(
+                    str(number),
+                    point[[first, second]],
+                    color=MARK,
+                    fontsize=9,
+                    xytext=(7, 5),
+                    textcoords="offset points",
+                )
         return points
     if hasattr(task, "goal"):
         goal = np.array(task.goal)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
@@ -18,7 +19,7 @@ from scara_drake.recordings.surfaces import KIND, read_scenario
 
 MORE_STYLE: Final = """
 .score { font-size: 2.6em; font-weight: 600; } .of { color: #666; }
-.grave td { color: #a4243b; } td:nth-child(n).said { text-align: left; }
+.grave td { color: #a4243b; } td.said, th.said { text-align: left; }
 .verdict { margin: .3em 0 1em; } h2 { border-top: 1px solid #eee; padding-top: .6em; }
 """
 
@@ -80,16 +81,23 @@ def _score(recording: xr.Dataset) -> Iterator[str]:
 
 
 def _with_unit(value: float, unit: str) -> str:
-    text = f"{value:.3g}" if value == value else "-"
-    return text if unit == "1" or text == "-" else f"{text} {unit.replace('^2', '²')}"
+    if not math.isfinite(value):
+        return "-"
+    if unit == "m":
+        return f"{1e3 * value:.3g} mm"
+    size = f"{value:.0f}" if abs(value) >= 1e3 else f"{value:.3g}"
+    return size if unit == "1" else f"{size} {unit.replace('^2', '²')}"
 
 
 def _pictures(recording: xr.Dataset) -> Iterator[str]:
+    missing = []
     for title, picture in pictures(recording):
         if isinstance(picture, str):
-            yield f'<h2>{escape(title)}</h2><p class="missing">{escape(picture)}</p>'
+            missing.append(picture)
         else:
             yield f"<h2>{escape(title)}</h2>{image(picture, title)}"
+    if missing:
+        yield f'<p class="missing">{escape(" ".join(missing))}</p>'
 
 
 def _told(recording: xr.Dataset) -> Iterator[str]:
@@ -104,7 +112,8 @@ def _told(recording: xr.Dataset) -> Iterator[str]:
         for each in found
     )
     yield (
-        "<table><thead><tr><th>time [s]</th><th>source</th><th>what</th></tr></thead>"
+        '<table class="words"><thead><tr><th>time [s]</th>'
+        '<th class="said">source</th><th class="said">what</th></tr></thead>'
         f"<tbody>{lines}</tbody></table>"
     )
 

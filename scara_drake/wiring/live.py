@@ -37,7 +37,7 @@ def add_live_delay(
         signals: so far.
 
     Returns:
-        The port of what is received, and what the link tells: its delay and age with the live delay.
+        The port of what is received, and what the link tells, its delay and age with the live one.
     """
     received, told = link.GetOutputPort("signal_received"), link_signals(link, direction)
     if SETTINGS not in signals:

@@ -183,6 +183,8 @@ def _check_master(scenario: Scenario) -> None:
 def _check_trainee(scenario: Scenario) -> None:
     if scenario.task is None:
         raise ValueError("operator: !Trainee, allowed in a scenario with a task")
+    if scenario.supervision is not None:
+        raise ValueError("supervision: set, allowed without a Trainee: he presses no buttons")
 
 
 NEEDS_MASTER = "a coupling needs 'operator: !Master {}', as in the scenario bilateral"
