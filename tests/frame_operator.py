@@ -33,7 +33,8 @@ class Arm:
         first: (8,), where the arm starts.
         command: (8,) that is sent.
         operator: the state that is sent, and its count of engagements.
-        rows: of every tick: state (12,), references (12,), effort (6,), status (4,).
+        rows: of every tick: state (12,), references (12,), effort (6,), status (4,), and the effort
+            (6,) on the joints.
     """
 
     def __init__(self, base="teleoperation", **changes):
@@ -50,6 +51,7 @@ class Arm:
             name: self.diagram.GetInputPort(name)
             for name in ("command_frame", "applied_generalized_force")
         }
+        self._acts = self.diagram.GetSubsystemByName("brakes").GetOutputPort("actuation_braked")
         self._ports = [
             self.diagram.GetOutputPort(name)
             for name in ("state", "state_desired", "actuation", "robot_status")
@@ -85,7 +87,9 @@ class Arm:
             self._inputs["command_frame"].FixValue(self.context, frame)
             self.simulator.AdvanceTo(self.ticks * DT + LAST)
             self.ticks += 1
-            self.rows.append([port.Eval(self.context).copy() for port in self._ports])
+            row = [port.Eval(self.context).copy() for port in self._ports]
+            acts = self._acts.Eval(self._acts.get_system().GetMyContextFromRoot(self.context))
+            self.rows.append([*row, acts.copy()])
         return self.status
 
     @property

@@ -232,6 +232,18 @@ def test_too_large_a_force_drives_the_tool_back_along_it_and_latches():
     assert_smooth(rig, since)
 
 
+def test_a_force_that_stays_drives_it_back_a_tenth_of_a_metre_and_no_farther():
+    rig = at_full_speed()
+    rig.force, rig.arm = np.array([0.0, -600.0, 800.0]), Reason.OVER_FORCE
+    measured = command_at(rig.desired[:6])
+    rig.step()
+    since = len(rig.statuses)
+    rig.step(8000)
+    place = SERVO_STATE.unpack(rig.servo).p
+    np.testing.assert_allclose(place, measured[:3] + 0.1 * np.array([0, -0.6, 0.8]), atol=3e-4)
+    assert_smooth(rig, since)
+
+
 def test_references_of_an_arm_that_is_lost_are_put_where_it_is_and_the_controller_starts_afresh():
     rig = at_full_speed()
     rig.measured = rig.desired.copy()
