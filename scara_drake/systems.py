@@ -1,10 +1,12 @@
 """The LeafSystems of the package, gathered; each lives with its subject."""
 
+from scara_drake.channel.live_delay import LiveDelay
 from scara_drake.channel.packets import PacketChannel
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.channel.watch import CommandWatchSystem
 from scara_drake.control.contact_estimate import ContactForceEstimator
 from scara_drake.control.effort_limit import EffortLimit
+from scara_drake.control.gain_scale import GainScale
 from scara_drake.control.governor import ReferenceGovernorSystem
 from scara_drake.control.integral_sliding_mode import IntegralSlidingModeController
 from scara_drake.control.inverse_dynamics import FiniteStates, IntegralAction
@@ -36,6 +38,7 @@ from scara_drake.plant.joint_forces import JointForces
 from scara_drake.plant.perturbation import JointPerturbationSource
 from scara_drake.recordings.recorder import SignalBundle
 from scara_drake.stability.linear import ContinuousLayer
+from scara_drake.station.feed import StationFeed
 from scara_drake.supervision.arm_watch import ArmWatch
 from scara_drake.supervision.energy import ChannelEnergy
 from scara_drake.supervision.frames import (
@@ -64,6 +67,7 @@ __all__ = [
     "ExternalSource",
     "FeltForce",
     "FiniteStates",
+    "GainScale",
     "HapticOutput",
     "ImpedanceContact",
     "IntegralAction",
@@ -77,6 +81,7 @@ __all__ = [
     "JoystickToPose",
     "KinestheticOutput",
     "LinkWatch",
+    "LiveDelay",
     "MasterEnd",
     "MeasurementGuard",
     "ObserverSlidingModeController",
@@ -94,6 +99,7 @@ __all__ = [
     "SimulatedMaster",
     "SlaveEnd",
     "SlidingModeController",
+    "StationFeed",
     "StickFilter",
     "SupervisedMapping",
     "TaskAnnotations",

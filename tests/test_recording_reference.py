@@ -38,7 +38,7 @@ def test_a_run_has_the_variables_and_attributes_that_are_told(name: str, setting
     holds = {
         "the operator's device is a live one": False,
         "the operator is a `!Trainee`": "operator: !Trainee" in text,
-        "the operator is supervised": "\nsupervision:" in text,
+        "the operator is supervised": scenario.supervision is not None,
         "the scenario has `environment.cut`": scenario.environment.cut is not None,
         "the scenario has `kinesthetic`": scenario.kinesthetic is not None,
         "the operator is a `!Master`": "operator: !Master" in text,

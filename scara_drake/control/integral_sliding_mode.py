@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake import joints, robot
-from scara_drake.common.block import Input, Memory
+from scara_drake.common.block import Input, Memory, Output
 from scara_drake.common.fields import ABOVE_ZERO, vector, words
 from scara_drake.common.layout import Layout
 from scara_drake.common.scratch import scratch
@@ -48,14 +48,16 @@ class Integral(NamedTuple):
     Attributes:
         z: of equation (33) (6,) [m/s, rad/s].
         v_desired: of the sample before (6,) [m/s, rad/s].
+        s: of equation (27) (6,) [m/s, rad/s].
     """
 
     z: Array
     v_desired: Array
+    s: Array
 
 
 PARAMETERS = Layout(Parameters, gains=(GAINS.size, 6), links=(LINKS.size, 6), inertia=6)
-INTEGRAL = Layout(Integral, z=6, v_desired=6)
+INTEGRAL = Layout(Integral, z=6, v_desired=6, s=6)
 parameters_of = PARAMETERS.reader()
 integral_of = INTEGRAL.reader()
 
@@ -82,7 +84,6 @@ def ismc_initialize(
     state: Array,
     parameters: Array,
     memory: Array,
-    sliding_variable: Array,
     actuation_commanded: Array,
     actuation: Array,
     saturation: Array,
@@ -96,7 +97,7 @@ def ismc_initialize(
     add_feedforward(state_desired, state, parameters, memory, feedforward)
     ismc_law(
         sigma, p.gains, feedforward, m.z,
-        sliding_variable, actuation_commanded, actuation, saturation,
+        m.s, actuation_commanded, actuation, saturation,
     )  # fmt: skip
 
 
@@ -117,7 +118,6 @@ def ismc_update(
     gain_scale: Array,
     parameters: Array,
     memory: Array,
-    sliding_variable: Array,
     actuation_commanded: Array,
     actuation: Array,
     saturation: Array,
@@ -132,7 +132,7 @@ def ismc_update(
     scale_gains(p.gains, gain_scale[0], scaled)
     ismc_law(
         sigma, scaled, feedforward, m.z,
-        sliding_variable, actuation_commanded, actuation, saturation,
+        m.s, actuation_commanded, actuation, saturation,
     )  # fmt: skip
 
 
@@ -142,7 +142,6 @@ def ismc_rest(
     state: Array,
     parameters: Array,
     memory: Array,
-    sliding_variable: Array,
     actuation_commanded: Array,
     actuation: Array,
     saturation: Array,
@@ -152,8 +151,14 @@ def ismc_rest(
     g = gains_of(p.gains)
     sliding_surface(state_desired, state, g.c, g.period[0], m.z)
     m.v_desired[:] = state_desired[6:]
-    sliding_variable[:] = 0.0
+    m.s[:] = 0.0
     release(actuation_commanded, actuation, saturation)
+
+
+@njit(cache=True)
+def show_sliding_variable(memory: Array, sliding_variable: Array) -> None:
+    """Write s (6,)."""
+    sliding_variable[:] = integral_of(memory).s
 
 
 @dataclass
@@ -280,9 +285,7 @@ class IntegralSlidingModeController(JointController):
             period,
             Law(update=ismc_update, initialize=ismc_initialize, rest=ismc_rest, limited=True),
             parameters={"parameters": gains.parameters(period)},
-            memory={
-                "sliding_variable": Memory(6, port=True),
-                "memory": Memory(INTEGRAL.size),
-            },
+            memory={"memory": Memory(INTEGRAL.size)},
+            outputs={"sliding_variable": Output(6, show_sliding_variable)},
             inputs={"gain_scale": Input(1, default=(1.0,))},
         )
