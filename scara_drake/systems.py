@@ -30,6 +30,7 @@ from scara_drake.operator.stick_filter import StickFilter
 from scara_drake.operator.supervised_mapping import SupervisedMapping
 from scara_drake.operator.supervisor import OperatorSupervisor
 from scara_drake.operator.trainee import ToolPosition, TraineeSource
+from scara_drake.plant.brakes import Brakes
 from scara_drake.plant.drives import ActuatorLagSystem
 from scara_drake.plant.encoder import EncoderSystem
 from scara_drake.plant.friction import JointFrictionSystem
@@ -47,11 +48,13 @@ from scara_drake.supervision.frames import (
     RobotReportSplitter,
 )
 from scara_drake.supervision.link_watch import LinkWatch
+from scara_drake.supervision.measurement import MeasurementGuard
 from scara_drake.supervision.robot import RobotSupervisor
 
 __all__ = [
     "ActuatorLagSystem",
     "ArmWatch",
+    "Brakes",
     "Buzz",
     "ChannelEnergy",
     "CommandFramePacker",
@@ -80,6 +83,7 @@ __all__ = [
     "LinkWatch",
     "LiveDelay",
     "MasterEnd",
+    "MeasurementGuard",
     "ObserverSlidingModeController",
     "OperatorSupervisor",
     "PacketChannel",

@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from scara_drake import load_scenario, make_diagram
+from scara_drake.operator.external import External
 from scara_drake.safety import Reason, State
 from scara_drake.vectors import COMMAND_FRAME, SUPERVISOR_STATUS, TOOL_COMMAND
 
@@ -19,13 +20,21 @@ BASE = {
 LAST = 1e-7  # [s] after a tick, so that its updates are made
 
 
+def first_command(operator):
+    """The command (8,) with which an operator from outside begins."""
+    assert isinstance(operator, External)
+    return np.array(operator.first_command())
+
+
 class Arm:
     """A supervised arm.
 
     Attributes:
+        first: (8,), where the arm starts.
         command: (8,) that is sent.
         operator: the state that is sent, and its count of engagements.
-        rows: of every tick: state (12,), references (12,), effort (6,), status (4,).
+        rows: of every tick: state (12,), references (12,), effort (6,), status (4,), and the effort
+            (6,) on the joints.
     """
 
     def __init__(self, base="teleoperation", **changes):
@@ -35,12 +44,14 @@ class Arm:
         self.simulator = Simulator(self.diagram)
         self.simulator.Initialize()
         self.context = self.simulator.get_context()
-        self.command = np.array(self.scenario.operator.first_command())
+        self.first = first_command(self.scenario.operator)
+        self.command = self.first.copy()
         self.operator, self.engagements = State.IDLE, 0
         self._inputs = {
             name: self.diagram.GetInputPort(name)
             for name in ("command_frame", "applied_generalized_force")
         }
+        self._acts = self.diagram.GetSubsystemByName("brakes").GetOutputPort("actuation_braked")
         self._ports = [
             self.diagram.GetOutputPort(name)
             for name in ("state", "state_desired", "actuation", "robot_status")
@@ -76,7 +87,9 @@ class Arm:
             self._inputs["command_frame"].FixValue(self.context, frame)
             self.simulator.AdvanceTo(self.ticks * DT + LAST)
             self.ticks += 1
-            self.rows.append([port.Eval(self.context).copy() for port in self._ports])
+            row = [port.Eval(self.context).copy() for port in self._ports]
+            acts = self._acts.Eval(self._acts.get_system().GetMyContextFromRoot(self.context))
+            self.rows.append([*row, acts.copy()])
         return self.status
 
     @property

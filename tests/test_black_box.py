@@ -1,5 +1,7 @@
 """The last seconds before each fault are kept at the full rate, and nothing else changes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,7 +17,8 @@ WIDTH, FAULTS = 28, 27  # the joints, then a status
 class Kept:
     """A keeper that remembers."""
 
-    path, has_samples = None, True
+    path: Path | None = None
+    has_samples = True
 
     def begin(self, description, width):
         self.times, self.values, self.ended = [], [], None
@@ -24,8 +27,8 @@ class Kept:
         self.times += times.tolist()
         self.values += values.tolist()
 
-    def end(self, by, at):
-        self.ended = by, at
+    def end(self, by, at, notes=None):
+        self.ended = by, at, notes
 
 
 DESCRIPTION = {
@@ -41,14 +44,14 @@ def run(seconds, faults, period=0.01, block=100):
     kept = Kept()
     box = BlackBox(kept, period)
     box.begin(DESCRIPTION, WIDTH)
-    times = np.arange(int(seconds * 1000)) * 1e-3
+    times = np.arange(int(seconds * 1000), dtype=np.float64) * 1e-3
     values = np.zeros((times.size, WIDTH))
     values[:, 0] = times
     for at in faults:
         values[times >= at - 1e-9, FAULTS] += 1.0
     for first in range(0, times.size, block):
         box.append(times[first : first + block], values[first : first + block])
-    box.end("duration", seconds)
+    box.end("duration", seconds, {"late": "none"})
     return kept, box
 
 
@@ -59,7 +62,7 @@ def test_the_recording_has_the_samples_that_it_asked_for(period, block):
     expected = np.ceil(np.arange(0.0, 1.0, period) * 1000 - 1e-6) * 1e-3
     np.testing.assert_allclose(kept.times, expected[expected < 1.0 - 1e-9], atol=1e-12)
     assert box.boxes == []
-    assert kept.ended == ("duration", 1.0)
+    assert kept.ended == ("duration", 1.0, {"late": "none"})
 
 
 @pytest.mark.parametrize("at", [0.5, 12.3])

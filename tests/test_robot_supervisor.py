@@ -1,5 +1,7 @@
 """The robot's supervisor: what it lets through, how it stops, and how it goes on."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -54,7 +56,7 @@ def assert_smooth(rig, since):
 
 NO_NUMBER, NO_ROTATION = np.full(8, np.nan), np.zeros(8)
 NOT_MEASURED, GIVES = Reason.BAD_MEASUREMENT, Reason.CHANNEL_ENERGY
-STOPS = {
+STOPS: dict[str, tuple[dict[str, Any], State, Reason, int]] = {
     "the command is lost": ({"lost": True}, State.HOLD, Reason.COMMAND_LOST, 1),
     "the operator lets go": ({"operator": State.HOLD}, State.HOLD, Reason.HELD, 0),
     "his side has a fault": ({"operator": State.FAULT}, State.HOLD, Reason.HELD, 0),
@@ -227,6 +229,18 @@ def test_too_large_a_force_drives_the_tool_back_along_it_and_latches():
     assert rig.step(1500)[:2] == (State.FAULT, Reason.OVER_FORCE)
     place = SERVO_STATE.unpack(rig.servo).p
     np.testing.assert_allclose(place, measured[:3] + 5e-3 * np.array([0, -0.6, 0.8]), atol=3e-4)
+    assert_smooth(rig, since)
+
+
+def test_a_force_that_stays_drives_it_back_a_tenth_of_a_metre_and_no_farther():
+    rig = at_full_speed()
+    rig.force, rig.arm = np.array([0.0, -600.0, 800.0]), Reason.OVER_FORCE
+    measured = command_at(rig.desired[:6])
+    rig.step()
+    since = len(rig.statuses)
+    rig.step(8000)
+    place = SERVO_STATE.unpack(rig.servo).p
+    np.testing.assert_allclose(place, measured[:3] + 0.1 * np.array([0, -0.6, 0.8]), atol=3e-4)
     assert_smooth(rig, since)
 
 

@@ -7,7 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
 
-from scara_drake import joints, kinematics, load_scenario
+from scara_drake import joints, kinematics, load_scenario, simulate
+from scara_drake.common.block import Block, Declaration, Input, Output
+from scara_drake.plant.encoder import Encoder
 from scara_drake.safety import Reason, State
 
 REST = 5e-3  # [m/s], of the tool and of the mast
@@ -21,10 +23,11 @@ def tool_speeds(arm):
 
 def assert_sound(arm, since=0):
     """Limits of joints, speeds and efforts are kept, and all is finite."""
-    state, desired, efforts, _ = (arm.column(k)[since:] for k in range(4))
+    state, desired, efforts, _, acts = (arm.column(k)[since:] for k in range(5))
     assert np.isfinite(state).all()
-    assert np.isfinite(efforts).all()
-    assert (abs(efforts) <= joints.EFFORT + 1e-9).all()
+    for effort in (efforts, acts):
+        assert np.isfinite(effort).all()
+        assert (abs(effort) <= joints.EFFORT + 1e-9).all()
     assert (abs(desired[:, 6:]) <= joints.MAX_SPEED + 1e-9).all()
     assert (desired[:, :6] >= joints.LOWER - 1e-12).all()
     assert (desired[:, :6] <= joints.UPPER + 1e-12).all()
@@ -114,6 +117,66 @@ def test_too_large_a_force_backs_off_and_latches():
     assert arm.step(5)[0] == State.ACTIVE
 
 
+def test_a_tool_deep_in_a_stiff_wall_backs_off_until_the_force_is_small():
+    arm = Arm()
+    arm.step(5)
+    arm.engage()
+    arm.step(1800, way=(0.0, -0.25, 0.0))  # 50 mm into 1e4 N/m
+    assert arm.status[:2] == (State.FAULT, Reason.OVER_FORCE)
+    force = arm.diagram.GetOutputPort("f_env_on_tool_W")
+    arm.step(2000)
+    assert np.linalg.norm(force.Eval(arm.context)) < 0.2 * 500.0
+    here = arm.column(0)[-1, :6].copy()
+    arm.step(500)
+    assert abs(arm.column(0)[-1, :6] - here).max() < 1e-3
+    assert_sound(arm)
+
+
+def shows_no_number(first, last):
+    """A sensor of which one entry is no number from one time to another [s]."""
+
+    def show(state, t, state_shown):
+        state_shown[:] = state
+        if first <= t < last:
+            state_shown[2] = np.nan
+
+    return Block(
+        Declaration(inputs={"state": Input(12)}, outputs={"state_shown": Output(12, show)})
+    )
+
+
+def test_joints_that_are_not_measured_are_held_by_their_brakes(monkeypatch):
+    monkeypatch.setattr(Encoder, "make_system", lambda *_: shows_no_number(0.95, 1.6))
+    arm = at_full_speed(drives__encoder="{}")
+    arm.step(300, way=(0.0, 0.44, 0.0), mast=0.2)
+    assert arm.status[:2] == (State.FAULT, Reason.BAD_MEASUREMENT)
+    known = int(np.flatnonzero(arm.column(3)[:, 0] == State.FAULT)[0])
+    assert (known + 1) * DT <= 0.95 + 4 * DT
+    fast = (tool_speeds(arm) > REST) | (abs(arm.column(0)[:, 6]) > REST)
+    assert (np.flatnonzero(fast)[-1] + 1 - known) * DT < 0.2
+    here = arm.column(0)[-1, :6]
+    arm.operator = State.ESTOP  # which the brakes outlast
+    arm.step(200)
+    arm.operator = State.IDLE
+    arm.step(100)
+    assert arm.status[0] == State.ESTOP
+    assert abs(arm.column(0)[-1, :6] - here).max() < 1e-4
+    arm.step(200)  # it is measured again
+    assert arm.status[0] == State.IDLE
+    arm.engage()
+    arm.step(300)
+    assert arm.status[:2] == (State.ACTIVE, Reason.NONE)
+    assert abs(arm.column(0)[-1, :6] - here).max() < 2e-3
+    assert_sound(arm)
+
+
+def test_without_a_supervisor_it_ends_the_run_and_says_why(monkeypatch):
+    monkeypatch.setattr(Encoder, "make_system", lambda *_: shows_no_number(0.01, 1.0))
+    scenario = load_scenario("teleoperation", {"drives.encoder": "{}", "duration": 0.1})
+    with pytest.raises(RuntimeError, match=r"port 'state' at t = 0\.01 s: state\[2\] is nan"):
+        simulate(scenario, engine="drake")
+
+
 def test_the_report_is_the_command_that_leaves_the_arm_where_it_is():
     arm = at_full_speed()
     arm.operator = State.HOLD
@@ -149,7 +212,7 @@ def random_run(seed, faults):
         if kind in (0, 1, 2):
             arm.engage()
         elif kind == 3:
-            arm.operator = State(rng.integers(6))
+            arm.operator = State(int(rng.integers(6)))
         elif kind == 4:
             arm.reset()
         elif kind == 5:
@@ -157,7 +220,7 @@ def random_run(seed, faults):
         elif kind == 6:
             arm.command[rng.integers(8)] = rng.choice([np.nan, np.inf, 1e9])
         elif kind == 7:
-            arm.command = np.array(arm.scenario.operator.first_command())
+            arm.command = arm.first.copy()
             arm.command[:3] += rng.normal(0.0, 0.3, 3)
         if kind != 5:
             arm.push(np.zeros(6))

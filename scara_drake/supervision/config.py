@@ -32,7 +32,8 @@ class RobotSupervision:
             on outward motion is slowed; rotations count by the solver's length.
         singularity_stop: the same at which it ends.
         max_force: contact force from which on the tool backs off.
-        retract: how far it does, along the force.
+        retract: how far it does at a time, along the force; no more than 0.1 m altogether.
+        release_share: of `max_force`, below which it has backed off far enough.
         tracking_tool: of the tool from its reference, from which on the arm counts as lost.
         tracking_angle: the same of a joint.
         tracking_time: for how long either.
@@ -52,6 +53,7 @@ class RobotSupervision:
     singularity_stop: float = number(0.015, "m/rad", 0.0, 1.0)
     max_force: float = number(500.0, "N", ABOVE_ZERO, 1e5)
     retract: float = number(0.005, "m", 0.0, 0.1)
+    release_share: float = number(0.2, "1", 0.0, 1.0)
     tracking_tool: float = number(0.05, "m", 1e-3, 1.0)
     tracking_angle: float = number(0.1, "rad", 1e-3, 1.0)
     tracking_time: float = number(0.1, "s", 0.0, 1.0)

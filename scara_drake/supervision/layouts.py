@@ -28,7 +28,8 @@ class Bounds(NamedTuple):
         horizon: [s].
         singularity_slow: of the controlled rows.
         singularity_stop: of the controlled rows.
-        retract: [m].
+        retract: [m], at a time.
+        release: [N], force down to which the tool backs off.
         linger: ticks for which a warning stays.
     """
 
@@ -43,6 +44,7 @@ class Bounds(NamedTuple):
     singularity_slow: float
     singularity_stop: float
     retract: float
+    release: float
     linger: float
 
 
@@ -59,6 +61,8 @@ class Supervisor(NamedTuple):
         acknowledged: 1 once the operator's side knows of the fault, or stopped by itself.
         restart: 1 for the tick in which the references are put where the arm is.
         warned: ticks for which the warning stays.
+        backed_off: how far the tool has, since the force was too large [m].
+        blind: 1 from a bad measurement on until a reset.
     """
 
     command: Array
@@ -69,6 +73,8 @@ class Supervisor(NamedTuple):
     acknowledged: Cell
     restart: Cell
     warned: Cell
+    backed_off: Cell
+    blind: Cell
 
 
 class ArmCondition(NamedTuple):
@@ -126,6 +132,7 @@ SUPERVISOR = Layout(
     status=SUPERVISOR_STATUS.size,
     offset=TOOL_COMMAND.size,
     **dict.fromkeys(("seen", "was_lost", "acknowledged", "restart", "warned"), ()),
+    **dict.fromkeys(("backed_off", "blind"), ()),
 )
 ARM_CONDITION = Layout(
     ArmCondition,

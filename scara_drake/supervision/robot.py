@@ -44,11 +44,14 @@ from scara_drake.vectors import (
 
 Array = NDArray[np.float64]
 
-ACTIVE, CLUTCH = float(State.ACTIVE), float(State.CLUTCH)
+CLUTCH, FAULT, ESTOP = float(State.CLUTCH), float(State.FAULT), float(State.ESTOP)
 NONE, UNREACHABLE = float(Reason.NONE), float(Reason.UNREACHABLE)
 TRACKING, OVER_FORCE = float(Reason.TRACKING), float(Reason.OVER_FORCE)
+BAD_MEASUREMENT = float(Reason.BAD_MEASUREMENT)
 LINGER = 0.1  # [s], for which a warning stays, so that it can be read
 HOLDING = 1.0  # a status of the servo
+FARTHEST_BACK = 0.1  # [m], that the tool backs off altogether
+ARRIVED = 0.1  # of a retract, from the stop: there
 
 
 @njit(cache=True)
@@ -62,8 +65,41 @@ def place_stop(
     if reason == TRACKING:
         m.command[:] = arm.tool
     if reason == OVER_FORCE and arm.force[()] > 0.0:
+        m.backed_off[()] = b.retract
         for i in range(3):
             stop.p[i] = measured.p[i] + b.retract * arm.f[i] / arm.force[()]
+
+
+@njit(cache=True)
+def back_off(arm_condition: Array, servo_state: Array, bounds: Array, supervisor: Array) -> None:
+    """Move the stop on along the force, once the tool is there and pressed all the same.
+
+    A stiff surface that was pressed in deep needs more than one `retract`, and a soft one gets no
+    more than it needs.
+    """
+    m, b, arm = supervisor_of(supervisor), bounds_of(bounds), arm_condition_of(arm_condition)
+    stop, now = tool_command_of(m.command).p, servo_state_of(servo_state).p
+    way = np.sqrt((stop[0] - now[0]) ** 2 + (stop[1] - now[1]) ** 2 + (stop[2] - now[2]) ** 2)
+    small, far = arm.force[()] <= b.release, m.backed_off[()] + b.retract > FARTHEST_BACK + 1e-9
+    if small or far or way > ARRIVED * b.retract:
+        return
+    m.backed_off[()] += b.retract
+    for i in range(3):
+        stop[i] += b.retract * arm.f[i] / arm.force[()]
+
+
+@njit(cache=True)
+def switch_drives(fault: float, supervisor: Array, drives_engaged: Array) -> None:
+    """Leave the arm to its brakes from a bad measurement on until a reset, then start afresh."""
+    m = supervisor_of(supervisor)
+    state = supervisor_status_of(m.status).state[()]
+    if fault == BAD_MEASUREMENT:
+        m.blind[()] = 1.0
+    elif m.blind[()] > 0.0 and state not in (FAULT, ESTOP):
+        m.blind[()], m.restart[()] = 0.0, 1.0
+        drives_engaged[0] = 0.0
+    if m.blind[()] > 0.0:
+        drives_engaged[0] = 0.0
 
 
 @njit(cache=True)
@@ -97,6 +133,7 @@ def supervise(
     drives_engaged[0] = 1.0 - m.restart[()]
     m.restart[()] = 1.0 if arm.fault[()] == TRACKING else 0.0
     begins = change_state(command_frame_received, link_condition, arm_condition, bounds, supervisor)
+    switch_drives(arm.fault[()], supervisor, drives_engaged)
     if begins:
         place_at_stop(servo_state, b.motion, m.command)
         offset_between(frame.tool_command, m.command, m.offset)
@@ -109,6 +146,8 @@ def supervise(
     elif is_engaged(before) or status.faults[()] != faults or m.restart[()] > 0.0:
         why = TRACKING if m.restart[()] > 0.0 else status.reason[()]
         place_stop(why, arm_condition, servo_state, bounds, supervisor)
+    elif status.state[()] == FAULT and status.reason[()] == OVER_FORCE:
+        back_off(arm_condition, servo_state, bounds, supervisor)
 
 
 @njit(cache=True)
@@ -144,6 +183,7 @@ def pack_bounds(config: RobotSupervision, kinematics: InverseKinematics, period:
         singularity_slow=config.singularity_slow * length,
         singularity_stop=config.singularity_stop * length,
         retract=config.retract,
+        release=config.release_share * config.max_force,
         linger=math.ceil(LINGER / period),
     )
 
@@ -159,12 +199,14 @@ class RobotSupervisor(Block):
         output robot_status (4): see `vectors.SupervisorStatus`.
         output references_restart (1): 1 for the tick in which the references are put where the arm
             is, as it was away from them.
-        output drives_engaged (1): 0 for the tick after it, so that the controller starts afresh.
+        output drives_engaged (1): 0 for the tick after it, so that the controller starts afresh;
+            and from a bad measurement on until a reset: the brakes hold the arm then.
 
     Update, at t = k period: the state by `machine.change_state`. At an engagement the offset
     between where the arm can stop and the first command is kept, so that nothing jumps, whatever is
     commanded; while engaged the command beside that offset passes through `gate`. At a stop the
-    command becomes the point at which the limiter comes to rest as fast as it may, and stays.
+    command becomes the point at which the limiter comes to rest as fast as it may, and stays; after
+    too large a force it moves on along the force, a `retract` at a time, until that is small.
     Initial: IDLE at `initial`.
 
     Args:

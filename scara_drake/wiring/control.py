@@ -4,6 +4,8 @@
 
     state_desired -> (reference_delay) -> (governor) -> controller -> (limit, delay, lag) -> plant
     state -> (encoder) -> (measurement_delay) -----------------^  (friction, perturbation) --^
+
+Where a robot is supervised a guard follows the measurement, and brakes come before the plant.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.control.contact_estimate import ContactForceEstimator
 from scara_drake.control.contract import make_controller
 from scara_drake.control.effort_limit import EffortLimit
+from scara_drake.plant.brakes import Brakes
 from scara_drake.plant.joint_forces import JointForces
+from scara_drake.supervision.measurement import MeasurementGuard
 from scara_drake.wiring import Signals, chain, connect_by_name, outputs, plant_of
 from scara_drake.wiring.live import add_gain_scale
 from scara_drake.wiring.operators import first_reference
@@ -40,6 +44,10 @@ def add_control(
     if not getattr(controller, "limited", False):
         made |= _limited(builder, made)
     state = _measured(builder, scenario, q_start, signals)
+    if scenario.supervision is not None:
+        guard = MeasurementGuard(np.concatenate([q_start, np.zeros(6)]), period)
+        state = chain(builder, "measurement_guard", guard, state)
+        made["measurement_lost"] = guard.GetOutputPort("measurement_lost")
     desired = signals["state_desired"]
     delays = scenario.process_delay
     if delays is not None and delays.reference is not None:
@@ -102,6 +110,10 @@ def add_drives(
     if drives.lag is not None:
         actuation = chain(builder, "actuator_lag", drives.lag.make_system(period), actuation)
         made["actuation_delivered"] = actuation
+    if "drives_engaged" in signals:
+        brakes = builder.AddNamedSystem("brakes", Brakes(period))
+        connect_by_name(builder, brakes, {**signals, "actuation": actuation})
+        actuation = brakes.GetOutputPort("actuation_braked")
     builder.Connect(actuation, plant.get_actuation_input_port())
     if drives.friction is not None:
         friction = drives.friction.make_system(period)

@@ -46,6 +46,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# What the watch over the arm sees of parts that are added after it.
+AFTERWARDS = ("actuation", "saturation", "measurement_lost")
+
 
 def add_supervised_remote(
     builder: DiagramBuilder,
@@ -84,11 +87,11 @@ def add_supervised_remote(
 def add_watch_over_efforts(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
-    """Let a supervised robot see the efforts, and its controller start afresh where it has to."""
+    """Let a supervised robot see efforts and sensors, and restart its controller if need be."""
     if not builder.HasSubsystemNamed("arm_watch"):
         return signals
     watch = builder.GetSubsystemByName("arm_watch")
-    for name in ("actuation", "saturation"):
+    for name in AFTERWARDS:
         if name in signals:
             builder.Connect(signals[name], watch.GetInputPort(name))
     controller = builder.GetSubsystemByName("controller")
@@ -158,7 +161,7 @@ def _robot(
     connect_by_name(
         builder,
         watch,
-        {name: port for name, port in seen.items() if name not in ("actuation", "saturation")},
+        {name: port for name, port in seen.items() if name not in AFTERWARDS},
     )
     connect_by_name(builder, solver, seen | {"tool_command": made["tool_command_supervised"]})
     return made
