@@ -127,7 +127,19 @@ CASES: dict[str, tuple[str, Changes]] = {
             "channel.watch": "{age_limit: 0.02, afterwards: catch_up}",
         },
     ),
-    "supervised": ("teleoperation", {**COMES, "supervision": "{}"}),
+    "supervised, any delay": ("teleoperation", {**COMES, "supervision": "{}"}),
+    # A trace without buttons is engaged from the start; the link is lost at 0.12 s.
+    "supervised, link lost": (
+        "supervised",
+        {
+            **COMES,
+            "operator.trace": "operator_trace.csv",
+            "operator.mapping.dead_zone": 0.0,
+            "channel.up.outages": [0.12, 0.2],
+            "supervision.robot.age_limit": 0.03,
+            "supervision.robot.after_outage": "resume",
+        },
+    ),
     "lag": ("joint_sine", {"drives.lag": "{}"}),
     "friction": ("joint_sine", {"drives.friction": "{}"}),
     "exact encoder": ("joint_sine", {"drives.encoder": "{resolution: 0.0}"}),
@@ -182,6 +194,7 @@ QUICK = [
     "governed stick",
     "delayed process",
     "command watch",
+    "supervised, link lost",
     "logged each 1/3 s",
     "steps of 0.5 ms",
     "steps of 2 ms, stick at 1 ms",

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from engines import both, differences
 from numba import njit
+from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import ConstantVectorSource
 
-from scara_drake import load_scenario
-from scara_drake.common.block import Block, Declaration, Memory
+from scara_drake import load_scenario, simulate
+from scara_drake.common.block import Block, Declaration, Memory, Output
+from scara_drake.engine import stepper
 from scara_drake.engine.errors import NotCompilableError
-from scara_drake.engine.graph import HANDLED, declaration_of
+from scara_drake.engine.graph import HANDLED, Buffer, Graph, Node, declaration_of, graph_of
 
 LONG = {
     "signals": ("teleoperation", {"channel.up.delay": 0.9, "channel.down.delay": 0.4}),
@@ -27,6 +29,9 @@ def test_a_long_channel_has_its_archive(name: str, overrides: dict[str, float | 
     compiled, drake = both(load_scenario(name, {**overrides, "duration": 1.5}))
     assert float(drake.delay_up.max()) > 0.25
     assert max(differences(compiled, drake).values()) < 1e-9
+
+
+OPENS = 0.0205  # [s]
 
 
 @njit
@@ -75,3 +80,27 @@ def test_a_constant_is_kept_beyond_the_context_that_showed_it() -> None:
     np.testing.assert_array_equal(kept, np.arange(1.0, 4.0))
     assert isinstance(kept, np.ndarray)
     assert kept.flags.owndata  # no view of what is freed, which may look right for a while
+
+
+@njit(cache=False)
+def late(t: float, engaged: np.ndarray) -> None:
+    engaged[0] = 1.0 if t > OPENS else 0.0
+
+
+def test_an_enable_that_is_worked_out_is_worked_out_each_tick(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The drives give nothing until a computed output engages them."""
+
+    def gated(diagram: Diagram) -> Graph:
+        graph = graph_of(diagram)
+        gate = Declaration(outputs={"engaged": Output(1, late)})
+        graph.nodes["gate"] = Node("gate", gate, {})
+        graph.nodes["controller"].reads["engaged"] = Buffer("gate", "engaged")
+        return graph
+
+    monkeypatch.setattr(stepper, "graph_of", gated)
+    run = simulate(load_scenario("joint_sine", {"duration": 0.04}), engine="compiled")
+    gives = (run.tau_commanded.values != 0.0).any(axis=1)
+    # A sample shows what was there before the update of its time.
+    np.testing.assert_array_equal(gives, run.time.values > OPENS + 1e-3)

@@ -57,7 +57,7 @@ def test_a_scenario_is_shown_in_short_lines_of_what_is_its_own(name):
     shown = repr(sd.load_scenario(name))
     assert shown.startswith(f"Scenario {name}\n")
     assert max(len(line) for line in shown.splitlines()) <= 120
-    assert len(shown.splitlines()) <= 100
+    assert len(shown.splitlines()) <= 120
     assert "\ndescription: " in shown
 
 

@@ -97,8 +97,10 @@ def _plant(w: Writer) -> None:
     w.need(graph.force)
     together = [*w.sampled, *w.with_plant]
     for node in together:
-        kernel = node.declaration.sample or node.declaration.update
-        for name in needed_inputs(node, kernel):
+        if node.declaration.sample is None:
+            _need(w, node)
+            continue
+        for name in needed_inputs(node, node.declaration.sample):
             w.need(node.reads[name])
     force = "no_force" if graph.force is None else w.buffer(graph.force)
     actuation = w.buffer(graph.actuation)
@@ -126,10 +128,7 @@ def _update(w: Writer, nodes: list[Node], time: str) -> None:
     """
     for node in nodes:
         with _if_due(w, node, time):
-            for kernel in (node.declaration.update, node.declaration.rest):
-                if kernel is not None:
-                    for name in needed_inputs(node, kernel):
-                        w.need(node.reads[name])
+            _need(w, node)
     reads = {node.name: memory_reads(node, w.graph.nodes, node.reads) for node in nodes}
     order, copies = update_order([node.name for node in nodes], reads)
     _copy(w, copies)
@@ -139,6 +138,17 @@ def _update(w: Writer, nodes: list[Node], time: str) -> None:
             w.update(node, copies)
             if node in w.slow:
                 _advance(w, node)
+
+
+def _need(w: Writer, node: Node) -> None:
+    """Write what computes the outputs that an update reads, or the rest in its place."""
+    is_ = node.declaration
+    for kernel in (is_.update, is_.rest):
+        if kernel is not None:
+            for name in needed_inputs(node, kernel):
+                w.need(node.reads[name])
+    if is_.rest is not None:
+        w.need(node.reads.get(is_.enable))
 
 
 def _if_due(w: Writer, node: Node, time: str) -> AbstractContextManager[None]:
