@@ -1,15 +1,19 @@
 """The last seconds before each fault are kept at the full rate, and nothing else changes."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
 
 import scara_drake as sd
 from scara_drake.recordings.black_box import LENGTH, MOST, BlackBox
+from scara_drake.recordings.files import save_journal
+from scara_drake.safety import MEANINGS, Reason, State
 
 WIDTH, FAULTS = 28, 27  # the joints, then a status
 
@@ -39,9 +43,10 @@ DESCRIPTION = {
 }  # fmt: skip
 
 
-def run(seconds, faults, period=0.01, block=100):
+def run(seconds, faults, period=0.01, block=100, path=None):
     """A run at 1 kHz whose count of faults grows at some times [s]."""
     kept = Kept()
+    kept.path = path
     box = BlackBox(kept, period)
     box.begin(DESCRIPTION, WIDTH)
     times = np.arange(int(seconds * 1000), dtype=np.float64) * 1e-3
@@ -49,6 +54,7 @@ def run(seconds, faults, period=0.01, block=100):
     values[:, 0] = times
     for at in faults:
         values[times >= at - 1e-9, FAULTS] += 1.0
+        values[times >= at - 1e-9, 24:26] = State.FAULT, Reason.OVER_FORCE
     for first in range(0, times.size, block):
         box.append(times[first : first + block], values[first : first + block])
     box.end("duration", seconds, {"late": "none"})
@@ -86,3 +92,18 @@ def test_files_are_beside_the_recording_and_load(tmp_path):
     paths = box.write(tmp_path / "press.nc")
     assert [path.name for path in paths] == ["press.fault-1.nc", "press.fault-2.nc"]
     assert sd.load_recording(paths[1]).time.values[-1] == pytest.approx(2.5)
+
+
+def test_a_box_is_on_the_disk_from_the_fault_on_and_the_recording_tells_of_it(tmp_path):
+    kept, box = run(4.0, [1.0, 3.0], path=tmp_path / "press.journal")
+    left = sorted(tmp_path.iterdir())
+    assert [path.name for path in left] == ["press.fault-1.journal", "press.fault-2.journal"]
+    # As after a crash, by what `scara-drake recover` does.
+    save_journal(left[1], tmp_path / "left.nc")
+    found = sd.load_recording(tmp_path / "left.nc")
+    xr.testing.assert_equal(found.load(), box.boxes[1])
+    told = json.loads(kept.ended[2]["faults"])
+    assert [fault["time"] for fault in told] == [1.0, 3.0]
+    assert {fault["says"] for fault in told} == {f"FAULT: {MEANINGS[Reason.OVER_FORCE].says}"}
+    box.write(tmp_path / "press.nc")
+    assert not list(tmp_path.glob("*.journal"))

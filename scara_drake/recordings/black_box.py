@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +15,9 @@ from numpy.typing import NDArray
 
 from scara_drake.recordings.dataset import Notes, to_dataset
 from scara_drake.recordings.files import save_recording
+from scara_drake.recordings.journal import Journal
 from scara_drake.recordings.samples import Keeper
+from scara_drake.safety import words
 from scara_drake.vectors import SUPERVISOR_STATUS
 
 Array = NDArray[np.float64]
@@ -20,6 +25,8 @@ Array = NDArray[np.float64]
 LENGTH: Final = 10.0  # [s], that are kept before a fault
 MOST: Final = 5  # faults of which they are kept
 APART: Final = 1.0  # [s]; what follows sooner belongs to the same fault
+MOST_TOLD: Final = 100  # of which the recording tells
+A_FAULT: Final = "a fault"
 SIDES: Final = ("operator_status", "robot_status")
 
 
@@ -27,7 +34,9 @@ class BlackBox:
     """Keeps every sample of the last seconds before a fault, and passes on those of a recording.
 
     It stands between a run and what keeps its samples, and has no influence on either. A fault is
-    whatever a supervisor counts as one: a hold by itself, a fault, an emergency stop.
+    whatever a supervisor counts as one: a hold by itself, a fault, an emergency stop. Where the
+    keeper has a file NAME.journal each box is written at once to NAME.fault-1.journal and so on, so
+    that a process that dies after it leaves it. The attribute `faults` of the recording tells them.
 
     Args:
         keeper: of the recording.
@@ -59,7 +68,7 @@ class BlackBox:
                 self._description,
                 np.concatenate([times for times, _ in blocks]),
                 np.concatenate([values for _, values in blocks]),
-                "a fault",
+                A_FAULT,
                 at,
             )
             for at, blocks in self._boxes
@@ -68,6 +77,8 @@ class BlackBox:
     def write(self, record: Path) -> list[Path]:
         """Write the boxes beside a recording NAME.nc: NAME.fault-1.nc and so on; return the files.
 
+        Their journals are removed.
+
         Raises:
             OSError: one cannot be written.
         """
@@ -75,11 +86,14 @@ class BlackBox:
         for number, box in enumerate(self.boxes, 1):
             paths.append(record.with_name(f"{record.stem}.fault-{number}.nc"))
             save_recording(box, paths[-1])
+        for journal in self._journals:
+            journal.unlink(missing_ok=True)
         return paths
 
     def begin(self, description: dict[str, Any], width: int) -> None:
         """Keep what the run says of itself; samples have `width` values."""
         self._start(description)
+        self._width = width
         self._keeper.begin(description, width)
 
     def append(self, times: Array, values: Array) -> None:
@@ -89,30 +103,46 @@ class BlackBox:
         self._last.append((times, values))
         while self._last[0][0][-1] < times[-1] - LENGTH - APART:
             self._last.popleft()
-        for index in self._faults(values):
-            self._keep(float(times[index]))
+        for row, side in self._faults(values):
+            self._tell(float(times[row]), side, values[row])
+            self._keep(float(times[row]))
         rows = self._of_the_recording(times)
         self._keeper.append(times[rows], values[rows])
 
     def end(self, by: str, at: float, notes: Notes | None = None) -> None:
         """Keep what ended the run, and when [s], and further attributes of the recording."""
-        self._keeper.end(by, at, notes)
+        for writer in self._writers:
+            writer.join()
+        told = {"faults": json.dumps(self._told)} if self._told else {}
+        self._keeper.end(by, at, {**told, **(notes or {})})
 
     def _start(self, description: dict[str, Any]) -> None:
         self._description = description
         self._last: deque[tuple[Array, Array]] = deque()
         self._boxes: list[tuple[float, list[tuple[Array, Array]]]] = []
         self._latest, self._sampled, self.missed = -np.inf, 0, 0
+        self._told: list[dict[str, str | float]] = []
+        self._journals: list[Path] = []
+        self._writers: list[Thread] = []
         columns = description.get("columns", {})
-        count = SUPERVISOR_STATUS.slices["faults"].start
-        self._counts = [columns[side][0] + count for side in SIDES if side in columns]
-        self._before = np.zeros(len(self._counts))
+        self._sides = [(side, columns[side][0]) for side in SIDES if side in columns]
+        self._before = np.zeros(len(self._sides))
 
-    def _faults(self, values: Array) -> list[int]:
-        """Return the rows in which a count of faults has grown."""
-        counts = np.vstack([self._before, values[:, self._counts]])
+    def _faults(self, values: Array) -> list[tuple[int, int]]:
+        """Return the rows in which a count of faults has grown, and of which side."""
+        count = SUPERVISOR_STATUS.slices["faults"].start
+        columns = [first + count for _, first in self._sides]
+        counts = np.vstack([self._before, values[:, columns]])
         self._before = counts[-1]
-        return np.flatnonzero((np.diff(counts, axis=0) > 0.0).any(axis=1)).tolist()
+        return [(row, side) for row, side in np.argwhere(np.diff(counts, axis=0) > 0.0).tolist()]
+
+    def _tell(self, at: float, side: int, values: Array) -> None:
+        """Note a fault [s] of a side in words."""
+        name, first = self._sides[side]
+        status = SUPERVISOR_STATUS.unpack(values[first : first + SUPERVISOR_STATUS.size])
+        says = words(float(status.state), float(status.reason))
+        if len(self._told) < MOST_TOLD:
+            self._told.append({"time": at, "side": name.removesuffix("_status"), "says": says})
 
     def _keep(self, at: float) -> None:
         """Keep the samples up to a fault [s], unless it belongs to the one before."""
@@ -128,6 +158,22 @@ class BlackBox:
             rows = (times > at - LENGTH) & (times <= at)
             blocks.append((times[rows], values[rows]))
         self._boxes.append((at, blocks))
+        if self.path is None:
+            return
+        path = self.path.with_name(f"{self.path.stem}.fault-{len(self._boxes)}.journal")
+        self._journals.append(path)
+        # Beside the run: it takes tens of milliseconds, for which no tick may wait.
+        writer = Thread(target=self._write_at_once, args=(path, at, blocks))
+        writer.start()
+        self._writers.append(writer)
+
+    def _write_at_once(self, path: Path, at: float, blocks: list[tuple[Array, Array]]) -> None:
+        """Write the journal of a box, of a fault [s]."""
+        with suppress(OSError), Journal(path) as journal:  # of a full disk the memory has it
+            journal.begin(self._description, self._width)
+            for times, values in blocks:
+                journal.append(times, values)
+            journal.end(A_FAULT, at)
 
     def _of_the_recording(self, times: Array) -> list[int]:
         """Return the rows that are samples of the recording: the first one of each period."""

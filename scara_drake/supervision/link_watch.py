@@ -38,14 +38,21 @@ link_bounds_of = LINK_BOUNDS.reader()
 
 @njit(cache=True)
 def watch_link(
-    age: Array, delay: Array, channel_energy: Array, bounds: Array, link_condition: Array
+    age: Array,
+    delay: Array,
+    channel_energy: Array,
+    bounds: Array,
+    forgiven: Array,
+    link_condition: Array,
 ) -> None:
     """One tick of `LinkWatch`, in place."""
     b, link = link_bounds_of(bounds), link_condition_of(link_condition)
     energy = channel_energy_of(channel_energy)
     link.lost[()] = 1.0 if age[0] - delay[0] > b.age_limit else 0.0
     given = energy.given[()] - energy.taken[()]
-    link.fault[()] = GIVES_ENERGY if given > b.energy else NONE
+    link.fault[()] = NONE
+    if given - forgiven[0] > b.energy:
+        link.fault[()], forgiven[0] = GIVES_ENERGY, given
 
 
 class LinkWatch(Block):
@@ -58,8 +65,8 @@ class LinkWatch(Block):
         output link_condition (2): see `layouts.LinkCondition`.
 
     Update, at t = k period: lost where age - delay, the time since the packet in use arrived,
-    exceeds `age_limit`; a fault where what the channel gave exceeds what it took by more than
-    `energy_bound`. Initial: neither.
+    exceeds `age_limit`; a fault, for a tick, where what the channel gave exceeds what it took by
+    more than `energy_bound`, from then on counted afresh. Initial: neither.
 
     Args:
         config: checked.
@@ -78,7 +85,10 @@ class LinkWatch(Block):
                     "delay": Input(1, default=(0.0,)),
                     "channel_energy": Input(CHANNEL_ENERGY.size, default=(0.0, 0.0)),
                 },
-                memory={"link_condition": Memory(LINK_CONDITION.size, port=True)},
+                memory={
+                    "link_condition": Memory(LINK_CONDITION.size, port=True),
+                    "forgiven": Memory(1),
+                },
                 parameters={
                     "bounds": LINK_BOUNDS.pack(
                         age_limit=config.age_limit, energy=config.energy_bound
