@@ -12,7 +12,6 @@ import xarray as xr
 from scara_drake.safety import Reason, State
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
-from scara_drake.supervision.config import Supervision
 
 LOST = 1.2  # [s]
 
@@ -25,9 +24,13 @@ def run_with_a_lost_pad(path: Path, engine: str = "auto") -> xr.Dataset:
     rows["x"], rows["mast_hat"], rows["engage"] = -1.0 * moves, 1.0 * moves, 1.0 * (times >= 0.05)
     rows["connected"] = 1.0 - ((times >= LOST) & (times < LOST + 0.3))
     rows.round(4).to_csv(path, index=False)
-    settings = {"operator.trace": str(path), "operator.mapping.mode": "rate", "duration": 2.5}
+    settings = {
+        "operator.trace": str(path),
+        "operator.mapping.mode": "rate",
+        "duration": 2.5,
+        "supervision": "{}",
+    }
     scenario = load_scenario("free_motion", settings | {"operator.mapping.rate": 0.5})
-    scenario.supervision = Supervision()
     return simulate(scenario, engine=engine)
 
 
@@ -67,3 +70,9 @@ def test_the_engine_and_drake_run_it_to_the_same_states(tmp_path: Path) -> None:
     for name in ("operator_state", "operator_reason", "robot_state", "robot_reason"):
         np.testing.assert_array_equal(one[name], other[name])
     np.testing.assert_array_equal(one.p_WE_commanded, other.p_WE_commanded)
+
+
+def test_a_stick_that_is_a_speed_needs_a_supervisor() -> None:
+    with pytest.raises(ValueError, match=r"operator\.mapping\.mode: 'rate', allowed position with"):
+        load_scenario("free_motion", {"operator.mapping.mode": "rate"})
+    load_scenario("free_motion", {"operator.mapping.mode": "rate", "supervision": "{}"})

@@ -162,6 +162,14 @@ def _check_external(scenario: Scenario) -> None:
         raise ValueError("operator.port: 'command_frame', allowed with supervision only")
 
 
+def _check_joystick(scenario: Scenario) -> None:
+    _supervised_watch(scenario)
+    operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
+    mode, supervised = operator.mapping.mode, operator.is_live or scenario.supervision is not None
+    if mode != "position" and not supervised:
+        raise ValueError(f"operator.mapping.mode: '{mode}', allowed position without supervision")
+
+
 def _no_device(scenario: Scenario) -> None:
     _no_supervision(scenario)
     if scenario.kinesthetic is not None:
@@ -193,7 +201,7 @@ OPERATORS: dict[type, OperatorWiring] = {
     Joystick: OperatorWiring(
         add_joystick,
         _at_first_command,
-        _supervised_watch,
+        _check_joystick,
         answer=_answer_to_first_command,
         unused={"coupling": NEEDS_MASTER},
     ),
