@@ -51,7 +51,7 @@ class Arm:
             name: self.diagram.GetInputPort(name)
             for name in ("command_frame", "applied_generalized_force")
         }
-        self._acts = self.diagram.GetSubsystemByName("brakes").GetOutputPort("actuation_braked")
+        self._brakes = self.diagram.GetSubsystemByName("brakes")
         self._ports = [
             self.diagram.GetOutputPort(name)
             for name in ("state", "state_desired", "actuation", "robot_status")
@@ -88,7 +88,8 @@ class Arm:
             self.simulator.AdvanceTo(self.ticks * DT + LAST)
             self.ticks += 1
             row = [port.Eval(self.context).copy() for port in self._ports]
-            acts = self._acts.Eval(self._acts.get_system().GetMyContextFromRoot(self.context))
+            own = self._brakes.GetMyContextFromRoot(self.context)
+            acts = self._brakes.GetOutputPort("actuation_braked").Eval(own)
             self.rows.append([*row, acts.copy()])
         return self.status
 

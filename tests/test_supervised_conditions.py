@@ -1,12 +1,14 @@
 """Each condition of the table: when it is told, in which words, what it bounds, how it ends."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from robot_rig import DT, Rig, command_at, moved
 
 from scara_drake import joints, kinematics
 from scara_drake.safety import MEANINGS, Reason, State, words
-from scara_drake.supervision.arm_watch import ArmWatch, watch_arm
+from scara_drake.supervision.arm_watch import HISTORY, ArmWatch, watch_arm
 from scara_drake.supervision.config import RobotSupervision
 from scara_drake.supervision.energy import ChannelEnergy, measure_energy
 from scara_drake.supervision.layouts import ARM_CONDITION
@@ -23,7 +25,7 @@ class Watched:
         is_ = ArmWatch(RobotSupervision(), command_at(joints.HOME), DT).declaration
         self.bounds = is_.parameters["bounds"]
         self.condition = np.array(is_.memory["arm_condition"].initial)
-        self.history = np.zeros(is_.memory["history"].initial)
+        self.history = np.zeros(HISTORY.size)
 
     def step(self, ticks, v=0.0, tau=lambda tick: 0.0, bits=0.0):
         """Advance; return the warnings (ticks,)."""
@@ -32,19 +34,18 @@ class Watched:
             desired = np.concatenate([joints.HOME, np.full(6, v) * joints.MAX_SPEED])
             watch_arm(
                 AT_REST, desired, np.zeros(3), tau(tick) * joints.EFFORT, np.full(6, bits),
-                np.zeros(1), self.bounds, self.history, self.condition,
+                self.bounds, self.history, self.condition,
             )  # fmt: skip
             told.append(float(ARM_CONDITION.unpack(self.condition).warning))
         return np.array(told)
 
 
-ALTERNATING = {"tau": lambda tick: 0.2 * (-1) ** tick}
-WARNINGS = {
+WARNINGS: dict[Reason, tuple[dict[str, Any], float]] = {
     Reason.EFFORT_LIMIT: ({"bits": 2.0}, 0.05),
     Reason.WINDUP: ({"bits": 1.0}, 0.05),
     Reason.SPEED_LIMIT: ({"v": 1.0}, 0.05),
     # 0.4 of the limit a millisecond is 400 / s; averaged over 0.1 s it is 50 / s after 13 ms.
-    Reason.CHATTER: (ALTERNATING, -0.1 * np.log(1.0 - 50.0 / 400.0)),
+    Reason.CHATTER: ({"tau": lambda tick: 0.2 * (-1) ** tick}, -0.1 * np.log(1.0 - 50.0 / 400.0)),
 }
 
 

@@ -156,7 +156,6 @@ def watch_arm(
     f_env_on_tool_W: Array,
     actuation: Array,
     saturation: Array,
-    measurement_lost: Array,
     bounds: Array,
     history: Array,
     arm_condition: Array,
@@ -164,8 +163,7 @@ def watch_arm(
     """One tick of `ArmWatch`, in place."""
     b, m, arm = arm_bounds_of(bounds), history_of(history), arm_condition_of(arm_condition)
     arm.fault[()] = NONE
-    known = np.isfinite(state).all() and np.isfinite(f_env_on_tool_W).all()
-    if measurement_lost[0] > 0.0 or not known:
+    if not (np.isfinite(state).all() and np.isfinite(f_env_on_tool_W).all()):
         arm.fault[()] = BAD_MEASUREMENT
         return
     measure(state, f_env_on_tool_W, arm_condition)
@@ -184,14 +182,13 @@ class ArmWatch(Block):
     """Finds what is wrong with the arm.
 
     Ports:
-        input state (12): measured [m, rad, m/s, rad/s]; NaN is a fault.
+        input state (12): as the sensors show it [m, rad, m/s, rad/s]; NaN is a fault.
         input state_desired (12): references.
         input f_env_on_tool_W (3) [N]: zero where unconnected; NaN is a fault.
         input actuation (6), saturation (6): of the controller, zero where unconnected.
-        input measurement_lost (1): the sensors show no number; zero where unconnected.
         output arm_condition (16): see `layouts.ArmCondition`.
 
-    Update, at t = k period: BAD_MEASUREMENT where state, sensors or force are no number;
+    Update, at t = k period: BAD_MEASUREMENT where state or force is no number;
     TRACKING, for a tick, each time that the arm has been away from its references for
     `tracking_time`; OVER_FORCE while the force is above `max_force`. Warnings after
     `warn_time`: EFFORT_LIMIT and WINDUP by the bits of `saturation`, SPEED_LIMIT by the references;
@@ -218,7 +215,6 @@ class ArmWatch(Block):
                     "f_env_on_tool_W": Input(3, default=zeros[:3]),
                     "actuation": Input(6, default=zeros),
                     "saturation": Input(6, default=zeros),
-                    "measurement_lost": Input(1, default=zeros[:1]),
                 },
                 memory={
                     "arm_condition": Memory(ARM_CONDITION.zeros(tool=initial), port=True),

@@ -1,4 +1,4 @@
-"""A guard behind the sensors: what is no number goes no farther, and is told."""
+"""A guard behind the sensors: what is no number goes no farther."""
 
 from __future__ import annotations
 
@@ -25,12 +25,6 @@ def show_last(state_sensed: Array, last: Array, state_measured: Array) -> None:
     state_measured[:] = state_sensed if np.isfinite(state_sensed).all() else last
 
 
-@njit(cache=True)
-def show_lost(state_sensed: Array, measurement_lost: Array) -> None:
-    """Write whether the state is none (1,)."""
-    measurement_lost[0] = 0.0 if np.isfinite(state_sensed).all() else 1.0
-
-
 class MeasurementGuard(Block):
     """Passes on what the sensors show of the joints, and the last of it where they show no number.
 
@@ -38,7 +32,7 @@ class MeasurementGuard(Block):
 
     Ports:
         input state_sensed (12).
-        output state_measured (12), measurement_lost (1), of this instant.
+        output state_measured (12), of this instant.
 
     Args:
         initial: (12,).
@@ -50,10 +44,7 @@ class MeasurementGuard(Block):
             Declaration(
                 inputs={"state_sensed": Input(STATE.size)},
                 memory={"last": Memory(initial)},
-                outputs={
-                    "state_measured": Output(STATE.size, show_last),
-                    "measurement_lost": Output(1, show_lost),
-                },
+                outputs={"state_measured": Output(STATE.size, show_last)},
                 period=period,
                 update=keep_last,
             )

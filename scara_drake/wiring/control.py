@@ -46,8 +46,8 @@ def add_control(
     state = _measured(builder, scenario, q_start, signals)
     if scenario.supervision is not None:
         guard = MeasurementGuard(np.concatenate([q_start, np.zeros(6)]), period)
+        made["state_sensed"] = state
         state = chain(builder, "measurement_guard", guard, state)
-        made["measurement_lost"] = guard.GetOutputPort("measurement_lost")
     desired = signals["state_desired"]
     delays = scenario.process_delay
     if delays is not None and delays.reference is not None:

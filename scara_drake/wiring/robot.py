@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 # What the watch over the arm sees of parts that are added after it.
-AFTERWARDS = ("actuation", "saturation", "measurement_lost")
+AFTERWARDS = ("state", "actuation", "saturation")
 
 
 def add_supervised_remote(
@@ -87,13 +87,14 @@ def add_supervised_remote(
 def add_watch_over_efforts(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> Signals:
-    """Let a supervised robot see efforts and sensors, and restart its controller if need be."""
+    """Let a supervised robot see sensors and efforts, and restart its controller if need be."""
     if not builder.HasSubsystemNamed("arm_watch"):
         return signals
     watch = builder.GetSubsystemByName("arm_watch")
+    seen = signals | {"state": signals["state_sensed"]}
     for name in AFTERWARDS:
-        if name in signals:
-            builder.Connect(signals[name], watch.GetInputPort(name))
+        if name in seen:
+            builder.Connect(seen[name], watch.GetInputPort(name))
     controller = builder.GetSubsystemByName("controller")
     if controller.HasInputPort("engaged"):
         builder.Connect(signals["drives_engaged"], controller.GetInputPort("engaged"))
