@@ -17,7 +17,7 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba import carray, float64, int64, njit, typeof, types
+from numba import float64, int64, njit, typeof, types
 from numpy.typing import NDArray
 
 from scara_drake.common.block import ENABLED, Declaration
@@ -25,7 +25,7 @@ from scara_drake.common.files import write_whole
 from scara_drake.common.finite import all_finite
 from scara_drake.engine.graph import Graph
 from scara_drake.engine.source import source_of
-from scara_drake.engine.store import Store, is_stored, pointer_to
+from scara_drake.engine.store import VIEWS, Store, is_stored
 from scara_drake.engine.writer import FIXED, STORE_TICKS, Source
 
 Array = NDArray[np.float64]
@@ -49,9 +49,7 @@ def put_all(vector: Array, copy: Array) -> None:
 SHORT: dict[str, Any] = {"all_finite": all_finite, "put": put, "put_all": put_all}
 SCOPE: dict[str, Any] = {
     "ENABLED": ENABLED,
-    "carray": carray,
-    "float64": np.float64,
-    "pointer_to": pointer_to,
+    **VIEWS,
     **SHORT,
 }
 # What this process has compiled or loaded, by its mark.

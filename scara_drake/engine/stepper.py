@@ -110,7 +110,6 @@ class CompiledStepper:
                 self._times,
                 self._records,
                 store.address,
-                store.memory.size,
                 store.places,
                 *self._program.others,
             )

@@ -13,11 +13,13 @@ import numpy as np
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
 MOST_DIMENSIONS = 3
+ITEM = 8  # bytes of a number
 
 
 class Store:
@@ -49,14 +51,39 @@ class Store:
         return self.memory.ctypes.data
 
 
-@intrinsic
-def pointer_to(typing_context: Any, address: Any) -> Any:
-    """Return an address as a pointer, for `carray`."""
+def _viewing(dimensions: int) -> Any:
+    """Return what gives a compiled function an array of a store, by its row in `places`.
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+    One operation for all of it: as slices of one array a hundred of them take as long to compile
+    as all else.
+    """
+    kind = types.Array(types.float64, dimensions, "C")
 
-    return types.voidptr(types.int64), code
+    @intrinsic
+    def view(typing_context: Any, address: Any, places: Any, row: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            table = context.make_array(places)(context, builder, arguments[1])
+
+            def word(column: int) -> Any:
+                at = [arguments[2], context.get_constant(types.intp, column)]
+                return builder.load(cgutils.get_item_pointer(context, builder, places, table, at))
+
+            step = context.get_constant(types.intp, ITEM)
+            begin = builder.add(arguments[0], builder.mul(word(0), step))
+            shape, strides = [word(1 + axis) for axis in range(dimensions)], [step]
+            for length in reversed(shape[1:]):
+                strides.insert(0, builder.mul(strides[0], length))
+            array = context.make_array(kind)(context, builder)
+            data = builder.inttoptr(begin, array.data.type)
+            populate_array(array, data, shape, strides, step, meminfo=None)
+            return array._getvalue()
+
+        return kind(types.int64, places, types.int64), code
+
+    return view
+
+
+VIEWS = {f"view_{n}": _viewing(n) for n in range(1, 1 + MOST_DIMENSIONS)}
 
 
 def is_stored(value: object) -> bool:
@@ -72,7 +99,4 @@ def reading(name: str, row: int, dimensions: int) -> str:
         row: of `places`.
         dimensions: of the array.
     """
-    shape = [f"places[{row}, {1 + axis}]" for axis in range(dimensions)]
-    end = " * ".join(shape)
-    text = f"{name} = memory[places[{row}, 0] : places[{row}, 0] + {end}]"
-    return text if dimensions == 1 else f"{text}.reshape(({', '.join(shape)}))"
+    return f"{name} = view_{dimensions}(address, places, {row})"

@@ -24,7 +24,7 @@ FIXED: dict[str, types.Type] = {
     **dict.fromkeys(("cursor", "stop"), int64[::1]),
     "times": float64[::1],
     "records": float64[:, ::1],
-    **dict.fromkeys(("address", "extent"), int64),
+    "address": int64,
     "places": int64[:, ::1],
 }
 
@@ -55,8 +55,7 @@ class Source:
             dimensions: of the arrays in the store, by name, in order.
         """
         numbers = [name for name in self.arguments if name not in dimensions]
-        lines = ["memory = carray(pointer_to(address), (extent,), float64)"]
-        lines += [reading(name, row, n) for row, (name, n) in enumerate(dimensions.items())]
+        lines = [reading(name, row, n) for row, (name, n) in enumerate(dimensions.items())]
         head = f"def advance({', '.join([*FIXED, *numbers, *self.kernels])}):"
         return "\n".join([head, *(f"    {line}" for line in lines), *self.lines, ""])
 
