@@ -37,7 +37,7 @@ class Blade:
     feed_ratio: float = number(0.5, "1", 0.05, 5.0)
     stiffness: float = number(1e7, "N/m^2", 1e4, 1e9)
     damping: float = number(5.0, "s/m", 0.0, 100.0)
-    side_stiffness: float = number(1e6, "N/m", 0.0, 1e7)
+    side_stiffness: float = number(2e5, "N/m", 0.0, 1e7)
     side_damping: float = number(1e3, "N s/m", 0.0, 1e5)
     friction: float = number(0.5, "1", 0.0, 2.0)
 
