@@ -203,8 +203,8 @@ def test_aside_the_kerf_pushes_back_and_brakes():
     assert s.energy_friction > 0.0
 
 
-def test_turned_in_its_kerf_it_binds():
-    rig = CutRig()
+def test_turned_in_its_kerf_a_stiff_blade_binds():
+    rig = CutRig(blade={"side_stiffness": 1e6})
     rig.feed(FEED, 0.04)
     rig.move(angular=0.3 * rig.ahead, ticks=500)
     assert rig.state.bend > 1e-3
