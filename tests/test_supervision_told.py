@@ -44,9 +44,14 @@ def test_shares_and_stops_are_those_of_the_codes(plain):
 @pytest.mark.parametrize("side", ["robot", "operator"])
 @pytest.mark.parametrize(
     ("state", "reason"),
-    [(State.FAULT, Reason.OVER_FORCE), (State.ESTOP, Reason.ESTOP_PRESSED)],
+    [
+        (State.FAULT, Reason.OVER_FORCE),
+        (State.ESTOP, Reason.ESTOP_PRESSED),
+        (State.HOLD, Reason.COMMAND_LOST),
+        (State.HOLD, Reason.DEVICE_LOST),
+    ],
 )
-def test_a_run_that_ends_in_a_fault_is_no_success(plain, side, state, reason):
+def test_a_run_that_ends_in_a_fault_or_lost_is_no_success(plain, side, state, reason):
     verdict = sd.verdict(supervised(plain, [(1, 0), (state, reason)], side))
     assert not verdict.good
     assert str(verdict).startswith(f"ended in {side} ")

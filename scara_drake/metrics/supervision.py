@@ -10,10 +10,17 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from scara_drake.safety import State, words
+from scara_drake.safety import Reason, State, words
 
 SIDES: Final = ("operator", "robot")
 STOPS: Final = (State.HOLD, State.FAULT, State.ESTOP)
+# Holds that nobody wanted.
+LOST: Final = (
+    Reason.DEVICE_LOST,
+    Reason.DEVICE_STALE,
+    Reason.REPORT_LOST,
+    Reason.COMMAND_LOST,
+)
 
 
 @dataclass(frozen=True)
@@ -26,6 +33,7 @@ class Stop:
         end: [s], of the last sample.
         says: state and reason in words.
         state: it stood in.
+        reason: why.
         open: whether it lasts to the end of the recording.
     """
 
@@ -34,6 +42,7 @@ class Stop:
     end: float
     says: str
     state: State
+    reason: Reason
     open: bool
 
     def __str__(self) -> str:
@@ -69,6 +78,7 @@ def stops(recording: xr.Dataset, side: str = "robot") -> list[Stop]:
             float(times[past - 1]),
             words(*codes[first]),
             State(int(codes[first, 0])),
+            Reason(int(codes[first, 1])),
             past == len(times),
         )
         for first, past in pairwise(bounds)
@@ -80,7 +90,7 @@ def not_followed(recording: xr.Dataset) -> Iterator[str]:
     """Yield a sentence for each side that ended in a state that the operator has to mend."""
     for side in SIDES:
         for stop in stops(recording, side)[-1:]:
-            if stop.open and stop.state in (State.FAULT, State.ESTOP):
+            if stop.open and (stop.state != State.HOLD or stop.reason in LOST):
                 yield f"ended in {stop}"
 
 
