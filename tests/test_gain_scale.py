@@ -53,7 +53,7 @@ def law(gains: IntegralSlidingMode, scale: float, seed: int) -> list[np.ndarray]
         rng.normal(size=12),
         rng.normal(size=INTEGRAL.size),
     )
-    written = [np.zeros(6) for _ in range(4)]
+    written = [np.zeros(6) for _ in range(3)]
     ismc_update(desired, state, np.array([scale]), gains.parameters(H), memory, *written)
     return [*written, memory]
 

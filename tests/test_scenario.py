@@ -93,7 +93,10 @@ BAD = [
     ({"channel.up": "!ConstantDelay {delay: 9}"}, r"^channel\.up.*9 s, allowed 0 to 2\.5 s"),
     ({"channel.up": "!ConstantDelay {delay: -1}"}, r"^channel\.up\.delay: -1"),
     ({"operator.trace": "none.csv"}, r"none\.csv.*allowed a CSV file that exists"),
-    ({"operator.device": "mouse"}, r"^operator\.device: 'mouse', allowed trace, auto, joystick$"),
+    (
+        {"operator.device": "mouse"},
+        r"^operator\.device: 'mouse', allowed trace, auto, joystick, keyboard, spacemouse, ",
+    ),
     ({"inverse_kinematics.method": "magic"}, r"^inverse_kinematics\.method: 'magic', allowed "),
     ({"q0": [1.0, 0, 0, 0, 0, 0]}, r"^q0: d1 = 1 m, allowed 2\.5 to 10 m$"),
     ({"q0": [3.0, 0, 0, 9, 0, 0]}, r"^q0: theta4 = 9 rad, allowed -2\.356 to 2\.356 rad$"),

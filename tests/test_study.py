@@ -180,7 +180,7 @@ WRONG = {
     "backwards": ("low: 0.0", "low: 20.0", r"parameters\[0\]\.high: 10, allowed above"),
     "empty": ("count: 2", "count: 0", r"parameters\[0\]\.count: 0, allowed 1 to"),
     "no values": ("!Range {", "!Values {values: [], labels: [], ", "low: unknown field"),
-    "no metric": ("[tool_error_rms]", "[]", "metrics: 0 entries, allowed 1 or more of followed"),
+    "no metric": ("[tool_error_rms]", "[]", "metrics: 0 entries, allowed 1 or more of score"),
     "unknown metric": ("tool_error_rms", "tool_error_rmse", "did you mean 'tool_error_rms'"),
     "metric twice": ("[tool_error_rms]", "[energy, energy]", "metrics: 'energy' twice"),
     "unknown design": ("duration:", "design: sobol\nduration:", "design: 'sobol', allowed grid"),

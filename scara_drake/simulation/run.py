@@ -200,7 +200,8 @@ def run_into(
 
 def with_black_box(keeper: Keeper, scenario: Scenario) -> Keeper:
     """Return what also keeps the seconds before each fault of a supervised run."""
-    if scenario.supervision is None or isinstance(keeper, BlackBox):
+    live = getattr(scenario.operator, "is_live", False)  # and has a supervisor in any case
+    if (scenario.supervision is None and not live) or isinstance(keeper, BlackBox):
         return keeper
     return BlackBox(keeper, scenario.logging.period)
 

@@ -44,7 +44,7 @@ def add_control(
     if not getattr(controller, "limited", False):
         made |= _limited(builder, made)
     state = _measured(builder, scenario, q_start, signals)
-    if scenario.supervision is not None:
+    if "drives_engaged" in signals:  # the robot is supervised
         guard = MeasurementGuard(np.concatenate([q_start, np.zeros(6)]), period)
         made["state_sensed"] = state
         state = chain(builder, "measurement_guard", guard, state)
