@@ -44,14 +44,15 @@ def played_again(recording: xr.Dataset, tmp_path, engine: str) -> xr.Dataset:
     return simulate(sd.load_scenario(text, changes), engine=engine)
 
 
-def assert_plays_again(recording: xr.Dataset, tmp_path) -> None:
+def assert_plays_again(recording: xr.Dataset, tmp_path, compiled: bool) -> None:
     again = played_again(recording, tmp_path, "drake")
     assert list(again.data_vars) == list(recording.data_vars)
     for name in recording.data_vars:
         np.testing.assert_array_equal(again[name].values, recording[name].values, err_msg=str(name))
-    compiled = played_again(recording, tmp_path, "compiled")
-    assert compiled.attrs["engine"] == "compiled"
-    assert max(gaps(compiled, again).values()) < FREE
+    if compiled:
+        other = played_again(recording, tmp_path, "compiled")
+        assert other.attrs["engine"] == "compiled"
+        assert max(gaps(other, again).values()) < FREE
 
 
 def stopped_after_it_moved(recording: xr.Dataset) -> bool:
@@ -65,7 +66,8 @@ def stopped_after_it_moved(recording: xr.Dataset) -> bool:
     )
 
 
-def test_a_script_in_real_time_plays_again(tmp_path) -> None:
+@pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_script_in_real_time_plays_again(compiled: bool, tmp_path) -> None:
     """Every axis, button and setting changes, and the device is lost while the arm moves."""
 
     def said(t: float) -> Sample:
@@ -95,7 +97,7 @@ def test_a_script_in_real_time_plays_again(tmp_path) -> None:
     assert float(recording.live_delay_up.max()) == pytest.approx(0.05)
     assert float(recording.delay_up.max()) > 0.06
     assert stopped_after_it_moved(recording)
-    assert_plays_again(recording, tmp_path)
+    assert_plays_again(recording, tmp_path, compiled)
 
 
 @pytest.fixture
@@ -131,4 +133,4 @@ def test_a_pad_that_is_pulled_out_in_real_time_plays_again(pad: VirtualPad, tmp_
         done.set()
         player.join()
     assert float(recording.device_connected.min()) == 0.0
-    assert_plays_again(recording, tmp_path)
+    assert_plays_again(recording, tmp_path, compiled=False)

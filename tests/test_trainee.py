@@ -128,7 +128,9 @@ def test_a_blind_one_makes_one_move_and_waits():
     assert times.max() < 2.0
 
 
-@pytest.mark.parametrize("name", ["touch_points", "reach_into_box"])
+@pytest.mark.parametrize(
+    "name", ["touch_points", pytest.param("reach_into_box", marks=pytest.mark.slow)]
+)
 def test_the_good_one_is_better_than_the_bad_one(name):
     means = {
         skill: np.mean([total(sd.simulate(trained(name, skill, k, **SHORT[name]))) for k in (1, 2)])
