@@ -101,9 +101,12 @@ def test_a_box_is_on_the_disk_from_the_fault_on_and_the_recording_tells_of_it(tm
     # As after a crash, by what `scara-drake recover` does.
     save_journal(left[1], tmp_path / "left.nc")
     found = sd.load_recording(tmp_path / "left.nc")
-    xr.testing.assert_equal(found.load(), box.boxes[1])
+    _, in_memory = run(4.0, [1.0, 3.0])
+    xr.testing.assert_equal(found.load(), in_memory.boxes[1])
+    assert box.boxes == [], "what is on the disk is not kept in memory too"
     told = json.loads(kept.ended[2]["faults"])
     assert [fault["time"] for fault in told] == [1.0, 3.0]
     assert {fault["says"] for fault in told} == {f"FAULT: {MEANINGS[Reason.OVER_FORCE].says}"}
-    box.write(tmp_path / "press.nc")
+    first, _ = box.write(tmp_path / "press.nc")
+    xr.testing.assert_equal(sd.load_recording(first).load(), in_memory.boxes[0])
     assert not list(tmp_path.glob("*.journal"))

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from scara_drake.recordings.dataset import Notes, to_dataset
-from scara_drake.recordings.files import save_recording
+from scara_drake.recordings.files import save_journal, save_recording
 from scara_drake.recordings.journal import Journal
 from scara_drake.recordings.samples import Keeper
 from scara_drake.safety import words
@@ -62,17 +62,8 @@ class BlackBox:
 
     @property
     def boxes(self) -> list[xr.Dataset]:
-        """The recordings of the last seconds before each fault, in order."""
-        return [
-            to_dataset(
-                self._description,
-                np.concatenate([times for times, _ in blocks]),
-                np.concatenate([values for _, values in blocks]),
-                A_FAULT,
-                at,
-            )
-            for at, blocks in self._boxes
-        ]
+        """The recordings of the last seconds before each fault, in order; those in memory."""
+        return [self._dataset(at, blocks) for at, blocks in self._boxes if blocks]
 
     def write(self, record: Path) -> list[Path]:
         """Write the boxes beside a recording NAME.nc: NAME.fault-1.nc and so on; return the files.
@@ -83,9 +74,12 @@ class BlackBox:
             OSError: one cannot be written.
         """
         paths = []
-        for number, box in enumerate(self.boxes, 1):
+        for number, (at, blocks) in enumerate(self._boxes, 1):
             paths.append(record.with_name(f"{record.stem}.fault-{number}.nc"))
-            save_recording(box, paths[-1])
+            if blocks:
+                save_recording(self._dataset(at, blocks), paths[-1])
+            else:
+                save_journal(self._journals[number - 1], paths[-1])
         for journal in self._journals:
             journal.unlink(missing_ok=True)
         return paths
@@ -115,6 +109,12 @@ class BlackBox:
             writer.join()
         told = {"faults": json.dumps(self._told)} if self._told else {}
         self._keeper.end(by, at, {**told, **(notes or {})})
+
+    def _dataset(self, at: float, blocks: list[tuple[Array, Array]]) -> xr.Dataset:
+        """Return the recording of a box, of a fault [s]."""
+        times = np.concatenate([some for some, _ in blocks])
+        values = np.concatenate([some for _, some in blocks])
+        return to_dataset(self._description, times, values, A_FAULT, at)
 
     def _start(self, description: dict[str, Any]) -> None:
         self._description = description
@@ -168,12 +168,13 @@ class BlackBox:
         self._writers.append(writer)
 
     def _write_at_once(self, path: Path, at: float, blocks: list[tuple[Array, Array]]) -> None:
-        """Write the journal of a box, of a fault [s]."""
+        """Move a box, of a fault [s], from memory to its journal."""
         with suppress(OSError), Journal(path) as journal:  # of a full disk the memory has it
             journal.begin(self._description, self._width)
             for times, values in blocks:
                 journal.append(times, values)
             journal.end(A_FAULT, at)
+            blocks.clear()
 
     def _of_the_recording(self, times: Array) -> list[int]:
         """Return the rows that are samples of the recording: the first one of each period."""
