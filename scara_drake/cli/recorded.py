@@ -24,7 +24,8 @@ from scara_drake.recordings.samples import Keeper
 from scara_drake.scenario import Scenario, load_scenario, parse_overrides
 from scara_drake.simulation.advance import Ended
 from scara_drake.simulation.interrupt import ENDING, DeferredInterrupt
-from scara_drake.simulation.run import Run
+from scara_drake.simulation.run import Live, Run, run_into, with_black_box
+from scara_drake.simulation.steppers import AUTO
 from scara_drake.stability.foresee import foresee
 
 FAILED_RUN: Final = 1
@@ -59,6 +60,30 @@ def recording_to(
         for line in foresee(scenario):
             console.print(f"Foreseen: {line}.", highlight=False, soft_wrap=True)
         yield journal, signals
+
+
+def run_and_tell(
+    console: Console,
+    scenario: Scenario,
+    live: Live,
+    record: Path,
+    journal: Journal,
+    signals: DeferredInterrupt,
+    engine: str = AUTO,
+) -> metrics.Verdict:
+    """Simulate into a journal, make the recording of it, print the summary, return the verdict.
+
+    Raises:
+        ValueError, RuntimeError: as `run_into`; the line says where what was recorded is kept.
+        OSError: a file cannot be written.
+    """
+    with notes_told():
+        box = with_black_box(journal, scenario)
+        ended = run_into(box, scenario, live, True, signals, engine)
+        keep(journal, record)
+    verdict = tell(console, scenario, ended, record, signals)
+    tell_faults(console, box, record)
+    return verdict
 
 
 def tell(

@@ -11,12 +11,9 @@ from rich.console import Console
 from scara_drake.cli.outputs import check_output
 from scara_drake.cli.recorded import (
     end_by_signal,
-    keep,
-    notes_told,
     recording_to,
+    run_and_tell,
     status_of,
-    tell,
-    tell_faults,
     what_to_run,
 )
 from scara_drake.display.camera import set_camera
@@ -24,7 +21,7 @@ from scara_drake.display.page import publish_recording, save_html, start_recordi
 from scara_drake.display.server import start_meshcat, who_reaches
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.kernels import compile_kernels
-from scara_drake.simulation.run import Live, check_engine, run_into, with_black_box
+from scara_drake.simulation.run import Live, check_engine
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -48,12 +45,7 @@ def run(options: argparse.Namespace, console: Console) -> int:
             options.realtime_priority,
             None if options.no_meshcat else _open_scene(options, scenario, console),
         )
-        with notes_told():
-            box = with_black_box(journal, scenario)
-            ended = run_into(box, scenario, live, True, signals, options.engine)
-            keep(journal, record)
-        verdict = tell(console, scenario, ended, record, signals)
-        tell_faults(console, box, record)
+        verdict = run_and_tell(console, scenario, live, record, journal, signals, options.engine)
         if live.meshcat is not None and options.html:
             publish_recording(live.meshcat)
             save_html(live.meshcat, options.html)

@@ -13,18 +13,15 @@ from rich.console import Console
 from scara_drake.cli.parser import STATION_DURATION
 from scara_drake.cli.recorded import (
     end_by_signal,
-    keep,
-    notes_told,
     recording_to,
+    run_and_tell,
     status_of,
-    tell,
-    tell_faults,
     what_to_run,
 )
 from scara_drake.metrics import Verdict
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.kernels import compile_kernels
-from scara_drake.simulation.run import Live, run_into, with_black_box
+from scara_drake.simulation.run import Live
 from scara_drake.station.place import LOOPBACK, Place
 from scara_drake.station.station import Station
 
@@ -64,13 +61,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
             while not station.has_page():
                 signals.raise_if_pressed()
                 time.sleep(LOOK)
-            with notes_told():
-                live = Live(REALTIME, priority=True, station=station)
-                box = with_black_box(journal, scenario)
-                ended = run_into(box, scenario, live, True, signals)
-                keep(journal, record)
-            verdict = tell(console, scenario, ended, record, signals)
-            tell_faults(console, box, record)
+            live = Live(REALTIME, priority=True, station=station)
+            verdict = run_and_tell(console, scenario, live, record, journal, signals)
             station.end(verdict.good, _lines(scenario, verdict), [str(record)])
         finally:
             station.close()
