@@ -7,6 +7,7 @@ import sys
 import time
 import webbrowser
 from importlib.util import find_spec
+from typing import Any
 
 from rich.console import Console
 
@@ -19,6 +20,7 @@ from scara_drake.cli.recorded import (
     what_to_run,
 )
 from scara_drake.metrics import Verdict
+from scara_drake.operator.joystick import LENT
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.kernels import compile_kernels
 from scara_drake.simulation.run import Live
@@ -49,15 +51,17 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if options.duration is None and scenario.task is None:
         scenario.duration = STATION_DURATION
     place = Place(options.host, options.port, options.tls_cert, options.tls_key)
-    if not hasattr(scenario.operator, "lend"):
-        kind = type(scenario.operator).__name__
+    operator: Any = scenario.operator
+    if not hasattr(operator, "lend"):
+        kind = type(operator).__name__
         raise ValueError(f"operator: '{kind}', allowed Joystick for a station")
+    operator.device = LENT  # so that what is compiled is what runs, its supervisor too
     with recording_to(record, scenario, console) as (journal, signals):
         compile_kernels(scenario)
         station = Station(scenario, place)
         try:
             _say_where(console, station, place, options.no_browser)
-            scenario.operator.lend(station.device)
+            operator.lend(station.device)
             while not station.has_page():
                 signals.raise_if_pressed()
                 time.sleep(LOOK)
