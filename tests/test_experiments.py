@@ -33,7 +33,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.plots import PLOTS
+from scara_drake.experiments.plots import FIGURES
 from scara_drake.experiments.quantity import Quantity, parts, text
 from scara_drake.experiments.teleoperation import figure_22
 from scara_drake.joints import JOINT_NAMES, LOWER, MAX_SPEED, UPPER
@@ -530,10 +530,11 @@ def test_every_experiment_is_tried_with_constant_verdicts():
     }
 
 
-@pytest.mark.parametrize("name", PLOTS)
-def test_a_picture_shows_every_run_with_units(name):
+@pytest.mark.parametrize("number", FIGURES)
+def test_a_picture_shows_every_run_with_units(number):
+    name = FIGURES[number].experiment
     data = small(name).data
-    figure = PLOTS[name](data)
+    figure = FIGURES[number].draw(data)
     drawn = [line for ax in figure.axes for line in ax.get_lines()]
     assert all(np.isfinite(np.asarray(line.get_ydata())).all() for line in drawn)
     for ax in figure.axes:

@@ -14,6 +14,7 @@ from scara_drake.experiments.claim import (
     Criterion,
     Experiment,
 )
+from scara_drake.experiments.plots import Picture
 from scara_drake.experiments.report import claims_table, verdict_counts
 
 BELOW, EXACT = Criterion("below 2 s", True), Criterion("no more than 0.1 mm", False)
@@ -67,9 +68,10 @@ def test_all_are_run_in_one_table(monkeypatch, capsys, tmp_path):
     assert out.count("it is exact") == 2
     counts = "6 claims: 2 reproduced, 0 reproduced in kind, 2 not reproduced, 2 not comparable"
     assert out.endswith(counts + "\n")
-    monkeypatch.setattr(__main__, "PLOTS", {"other": lambda data: Figure()})
+    picture = Picture("other", lambda data: Figure(), "nothing")
+    monkeypatch.setattr(__main__, "FIGURES", {99: picture})
     assert __main__.main(["other", "--reasons", "--pictures", str(tmp_path)]) == 0
-    assert [path.name for path in tmp_path.iterdir()] == ["other.png"]
+    assert [path.name for path in tmp_path.iterdir()] == ["figure_99.png"]
     assert "the encoder is coarse" in capsys.readouterr().out
 
 

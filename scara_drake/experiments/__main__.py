@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from scara_drake.experiments import EXPERIMENTS, Experiment, report
-from scara_drake.experiments.plots import PLOTS
+from scara_drake.experiments.plots import FIGURES
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of all that is drawn (default 0)")
     parser.add_argument("--reasons", action="store_true", help="print criteria and reasons too")
     parser.add_argument(
-        "--pictures", type=Path, metavar="FOLDER", help=f"draw {', '.join(PLOTS)} into it"
+        "--pictures", type=Path, metavar="FOLDER", help="draw the paper's figures into it"
     )
     options = parser.parse_args(arguments)
     if options.pictures is not None and not options.pictures.is_dir():
@@ -48,8 +48,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         start = time.perf_counter()
         experiment = EXPERIMENTS[name](seed=options.seed)
         done.append((experiment, time.perf_counter() - start))
-        if options.pictures is not None and name in PLOTS:
-            PLOTS[name](experiment.data).savefig(options.pictures / f"{name}.png")
+        for figure, picture in FIGURES.items():
+            if options.pictures is not None and picture.experiment == name:
+                drawn = picture.draw(experiment.data)
+                drawn.savefig(options.pictures / f"figure_{figure}.png")
     console.print(timed_table(done))
     experiments = [experiment for experiment, _ in done]
     if options.reasons:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from scara_drake.common import checks
 from scara_drake.experiments.quantity import Quantity, Value, parts
+from scara_drake.experiments.reading import OpenQuestion
 
 Array = NDArray[np.float64]
 
@@ -208,8 +209,10 @@ class Experiment:
         data: labelled arrays; each variable has `units` and `long_name`. Those with the attribute
             `measured` are wall times, which differ from run to run; a seed fixes all the others.
         claims: of the paper and our own, each with its verdict.
+        questions: what the paper leaves open and a verdict hangs on, with each reading of it.
     """
 
     name: str
     data: xr.Dataset
     claims: list[Claim]
+    questions: tuple[OpenQuestion, ...] = ()

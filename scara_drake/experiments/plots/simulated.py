@@ -1,8 +1,7 @@
-"""Pictures of experiments beside the paper's figures: `PLOTS[name](data)` gives one."""
+"""Pictures of the simulated experiments in the form of the paper's figures."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -98,14 +97,6 @@ def figures_29_30(data: xr.Dataset) -> Figure:
         _named(left, below, "theta2 [rad]", legend=False)
         _named(right, below, "error [mrad]", legend=reading == readings[0])
     return figure
-
-
-PLOTS: Final[dict[str, Callable[[xr.Dataset], Figure]]] = {
-    "figures_16_17": figures_16_17,
-    "figures_18_19": figures_18_19,
-    "figures_20_27": figures_20_27,
-    "figures_29_30": figures_29_30,
-}
 
 
 def _figure(rows: int) -> Figure:
