@@ -27,6 +27,13 @@ ORIENTATIONS: Final = (
 NUMBERS: Final = (1, 2, 3, 4)
 # Which joints take part, and how claims call them.
 WHO: Final = {"full": "the arm with its mast", "arm": "the 5-DOF arm alone"}
+# What E_o may be, and the variable that has it.
+ANGLE: Final = "angle"
+E_O: Final = {ANGLE: "rotation_error", "difference": "angle_difference"}
+E_O_MEANINGS: Final = {
+    ANGLE: "angle of the rotation that is left, defined in every posture",
+    "difference": "length of the difference of roll, pitch and yaw, (25), by whole turns",
+}
 # Mast height at which the arm's base stands for these positions [m]. The paper does not give it;
 # this one leaves travel both ways when the mast takes part.
 REFERENCE_HEIGHT: Final = 6.0
