@@ -13,17 +13,20 @@ from scara_drake.experiments.inverse_kinematics.postures import (
     ANGLE,
     E_O,
     E_O_MEANINGS,
+    MOVES,
     NUMBERS,
     POSITIONS,
     REFERENCE_HEIGHT,
     WHO,
     angle_difference,
     home,
+    inside,
+    success,
     targets,
 )
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
+from scara_drake.ik.result import ROTATION_TOLERANCE
 from scara_drake.recordings.labels import labelled
 
 JOINTS = ("arm", "full")
@@ -90,17 +93,13 @@ def run(seed: int = 0, starts: int = 64, order_starts: int = 24) -> Experiment:
 
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge that the postures can be reached; see `run` for the data."""
-    met = _inside(data.position_error, data.rotation_error)
+    met = success(data)
     return [_solved(data, met.sel(joints=joints), joints, who) for joints, who in WHO.items()]
 
 
 def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
     """Show what the postures become by other readings of Table 5; see `run` for the data."""
     return _who(data), _order(data), _measure(data)
-
-
-def _inside(position: xr.DataArray, rotation: xr.DataArray) -> xr.DataArray:
-    return (position <= POSITION_TOLERANCE) & (rotation <= ROTATION_TOLERANCE)
 
 
 def _statement(who: str) -> str:
@@ -127,11 +126,7 @@ def _solved(data: xr.Dataset, met: xr.DataArray, joints: str, who: str) -> Claim
 
 
 def _who(data: xr.Dataset) -> OpenQuestion:
-    met = _inside(data.position_error, data.rotation_error)
-    meanings = {
-        "full": "the mast moves by what a posture needs, from a height that is not given",
-        "arm": "the mast stands, and five joints have to meet six numbers",
-    }
+    met = success(data)
     readings = []
     for joints, who in WHO.items():
         rows, count = data.sel(joints=joints), _count(met.sel(joints=joints))
@@ -141,15 +136,15 @@ def _who(data: xr.Dataset) -> OpenQuestion:
             "solved": count,
         }
         verdict = _criterion(count).verdict(PAPER_SOLVED)
-        readings.append(Reading(who, meanings[joints], errors, verdict, joints == "full"))
+        readings.append(Reading(who, MOVES[joints], errors, verdict, joints == "full"))
     return OpenQuestion(
         "Does the mast take part in Table 5?", _statement(WHO["full"]), tuple(readings)
     )
 
 
 def _order(data: xr.Dataset) -> OpenQuestion:
-    met = _inside(data.order_position_error, data.order_rotation_error)
-    free = _inside(data.order_free_position_error, data.order_free_rotation_error)
+    met = inside(data.order_position_error, data.order_rotation_error)
+    free = inside(data.order_free_position_error, data.order_free_rotation_error)
     readings = []
     for name in (str(order) for order in data.order.values):
         count = _count(met.sel(order=name))
@@ -175,7 +170,7 @@ def _measure(data: xr.Dataset) -> OpenQuestion:
     rows = data.sel(joints="full")
     readings = []
     for name, error in E_O.items():
-        count = _count(_inside(rows.position_error, rows[error]))
+        count = _count(inside(rows.position_error, rows[error]))
         found = {"orientation error": quantity(_each(rows[error]), "rad"), "solved": count}
         verdict = _criterion(count).verdict(PAPER_SOLVED)
         readings.append(Reading(name, E_O_MEANINGS[name], found, verdict, name == ANGLE))

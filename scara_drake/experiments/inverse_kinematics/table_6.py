@@ -25,11 +25,12 @@ from scara_drake.experiments.inverse_kinematics.postures import (
     REFERENCE_HEIGHT,
     WHO,
     angle_difference,
+    success,
     targets,
 )
 from scara_drake.experiments.quantity import quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
+from scara_drake.ik.result import ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
 from scara_drake.recordings.labels import labelled
 
@@ -150,7 +151,9 @@ def _rows(data: xr.Dataset) -> OpenQuestion:
             "E_p with the mast": quantity(1e3 * full.position_error.median("start"), "mm"),
             "E_o with the mast": quantity(full.rotation_error.median("start"), "rad"),
             "E_p of the arm alone": quantity(1e3 * arm.position_error.median("start"), "mm"),
-            "within both tolerances": quantity(100 * float(_met(full).mean()), "% of the starts"),
+            "within both tolerances": quantity(
+                100 * float(success(full).mean()), "% of the starts"
+            ),
             "a large orientation error": _orientation(full, ours).verdict,
             "not effective for both": _both(full).verdict,
         }
@@ -175,11 +178,6 @@ def _measure(data: xr.Dataset) -> OpenQuestion:
         }
         readings.append(Reading(name, E_O_MEANINGS[name], errors, claim.verdict, name == ANGLE))
     return OpenQuestion("What is E_o?", claim.statement, tuple(readings))
-
-
-def _met(rows: xr.Dataset) -> xr.DataArray:
-    good = rows.position_error <= POSITION_TOLERANCE
-    return good & (rows.rotation_error <= ROTATION_TOLERANCE)
 
 
 def _position(rows: xr.Dataset, ours: xr.Dataset, who: str) -> Claim:
@@ -231,7 +229,7 @@ def _orientation(rows: xr.Dataset, ours: xr.Dataset) -> Claim:
 
 
 def _both(full: xr.Dataset) -> Claim:
-    share = quantity(100 * float(_met(full).mean()), "%", "of the starts, all rows")
+    share = quantity(100 * float(success(full).mean()), "%", "of the starts, all rows")
     return Claim(
         "IJ is not effective for position and orientation together",
         PAPER_SOLVED,
