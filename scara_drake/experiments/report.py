@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import pandas as pd
@@ -21,6 +21,7 @@ from scara_drake.experiments.claim import (
     Experiment,
 )
 from scara_drake.experiments.quantity import text
+from scara_drake.experiments.reading import OpenQuestion
 
 # What a verdict is called where the criterion is our own.
 OWN_WORDS: Final = {REPRODUCED: "met", IN_KIND: "met in kind", NOT_REPRODUCED: "not met"}
@@ -96,13 +97,31 @@ def markdown(*experiments: Experiment) -> str:
     """Return the claims as Markdown, a table for each experiment."""
     lines = []
     for experiment in experiments:
-        lines += [f"## {experiment.name}", "", f"| {' | '.join(COLUMNS)} |"]
-        lines += ["|" + "---|" * len(COLUMNS)]
-        for claim in experiment.claims:
-            cells = [cell.replace("|", "\\|") for cell in row(claim)]
-            lines.append(f"| {' | '.join(cells)} |")
-        lines.append("")
+        rows = [row(claim) for claim in experiment.claims]
+        lines += [f"## {experiment.name}", "", markdown_table(COLUMNS, rows)]
     return "\n".join(lines)
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of texts as Markdown."""
+    lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
+    for cells in rows:
+        lines.append(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def readings(question: OpenQuestion, clock: bool = True) -> tuple[list[str], list[list[str]]]:
+    """Return the readings of a question side by side: the head of a table, and its rows."""
+    rows = [
+        [
+            f"{one.name} (chosen)" if one.chosen else one.name,
+            one.meaning,
+            *(text(value, clock=clock) for value in one.consequences.values()),
+            one.verdict or "cannot be judged",
+        ]
+        for one in question.readings
+    ]
+    return ["reading", "what it means", *question.readings[0].consequences, "verdict"], rows
 
 
 def terminal(*experiments: Experiment) -> list[Table]:
@@ -116,7 +135,7 @@ def terminal(*experiments: Experiment) -> list[Table]:
     return tables
 
 
-def row(claim: Claim) -> tuple[str, ...]:
-    """Return the cells of a claim, see COLUMNS."""
-    measured = text(claim.measured)
+def row(claim: Claim, clock: bool = True) -> tuple[str, ...]:
+    """Return the cells of a claim, see COLUMNS; `clock` as in `quantity.text`."""
+    measured = text(claim.measured, clock=clock)
     return (claim.statement, paper(claim), measured, claim.verdict, explanation(claim))
