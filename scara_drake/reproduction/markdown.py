@@ -106,9 +106,7 @@ def _section(section: Section, folder: Path) -> Iterator[str]:
         rows = [report.row(claim, clock=False) for claim in outcome.experiment.claims]
         yield report.markdown_table(report.COLUMNS, rows)
         for question in outcome.experiment.questions:
-            yield f"**{question.question}** On it hangs: {question.claim}"
-            yield ""
-            yield report.markdown_table(*report.readings(question, clock=False))
+            yield report.reading_markdown(question, clock=False)
 
 
 def _is_below(image: Image, folder: Path) -> bool:

@@ -167,12 +167,10 @@ def _outcome(outcome: Outcome) -> Iterator[str]:
 
 
 def _question(question: OpenQuestion) -> str:
-    head, rows = report.readings(question)
+    rows = [report.reading_row(reading) for reading in question.readings]
     kinds = [slug(reading.verdict) for reading in question.readings]
-    return (
-        f"<p><strong>{escape(question.question)}</strong> On it hangs: {escape(question.claim)}</p>"
-        f"{_table(head, rows, 'stacked', kinds)}"
-    )
+    table = _table(report.reading_columns(question), rows, "stacked", kinds)
+    return f"<p>{escape(report.reading_caption(question))}</p>{table}"
 
 
 def _table(
