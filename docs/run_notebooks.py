@@ -85,10 +85,8 @@ def run(notebook: Any, name: str) -> None:
     Raises:
         NotebookError: as `execute`.
     """
-    resources = {"metadata": {"path": str(SOURCES)}}
-    client = NotebookClient(notebook, timeout=LONGEST, resources=resources, config=_config())
     try:
-        client.execute()
+        client_of(notebook).execute()
     except (CellExecutionError, CellTimeoutError, DeadKernelError) as error:
         raise NotebookError(f"{where(notebook, name)}: {error}") from None
     for index, cell in enumerate(notebook.cells):
@@ -97,10 +95,12 @@ def run(notebook: Any, name: str) -> None:
                 raise NotebookError(f"{name}, cell {index}: stderr: {output.text.strip()}")
 
 
-def _config() -> Config:
-    """Let a kernel be spoken to through files of this user, where there are such sockets."""
+def client_of(notebook: Any) -> NotebookClient:
+    """Return what executes a notebook in its folder, over sockets that are files where it can."""
     transport = "tcp" if sys.platform == "win32" else "ipc"
-    return Config({"KernelManager": {"transport": transport}})
+    config = Config({"KernelManager": {"transport": transport}})
+    resources = {"metadata": {"path": str(SOURCES)}}
+    return NotebookClient(notebook, timeout=LONGEST, resources=resources, config=config)
 
 
 def where(notebook: Any, name: str) -> str:
