@@ -20,7 +20,6 @@ from typing import Any, Final
 import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
-from traitlets.config import Config
 
 ROOT: Final = Path(__file__).parents[1]
 SOURCES: Final = ROOT / "notebooks"
@@ -96,11 +95,14 @@ def run(notebook: Any, name: str) -> None:
 
 
 def client_of(notebook: Any) -> NotebookClient:
-    """Return what executes a notebook in its folder, over sockets that are files where it can."""
-    transport = "tcp" if sys.platform == "win32" else "ipc"
-    config = Config({"KernelManager": {"transport": transport}})
-    resources = {"metadata": {"path": str(SOURCES)}}
-    return NotebookClient(notebook, timeout=LONGEST, resources=resources, config=config)
+    """Return what executes a notebook in its folder."""
+    return NotebookClient(
+        notebook,
+        timeout=LONGEST,
+        startup_timeout=LONGEST,
+        extra_arguments=["--Application.log_level=ERROR"],  # of the kernel's own words
+        resources={"metadata": {"path": str(SOURCES)}},
+    )
 
 
 def where(notebook: Any, name: str) -> str:
