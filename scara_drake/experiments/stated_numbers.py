@@ -66,7 +66,7 @@ def table_1(seed: int = 0) -> Experiment:
         plant.SetPositions(context, q)
         X_WE = frames[-1].CalcPoseInWorld(context).GetAsMatrix4()
         apart.append(np.abs(X_WE - _product_of_rows(q)).max())
-    off = max(apart)
+    off = max(*apart, 1e-16)
     data = _numbers(apart=apart, lengths=lengths)
     return Experiment(
         "Table 1",
@@ -76,7 +76,7 @@ def table_1(seed: int = 0) -> Experiment:
             Claim(
                 "The tool's pose is the product of the six rows",
                 "Rz(θ) Tz(d) Tx(a) Rx(α)",
-                quantity(off, "m and 1", f"largest difference in {POSTURES} postures"),
+                quantity(10.0 ** math.ceil(math.log10(off)), "", "in m and rotations", "below"),
                 Criterion("below 1e-12, in position and in rotation", bool(off < 1e-12)),
                 "The URDF in Drake against the rows multiplied here, mast height included.",
             ),
@@ -165,7 +165,7 @@ def _equal(statement: str, pairs: Mapping[str, tuple[Any, Any]], reason: str) ->
     """Judge whether stated numbers are those that were found: (stated, found) by their unit."""
     same = all(np.allclose(found, stated, EXACT, 0.0) for stated, found in pairs.values())
     texts = (
-        "; ".join(f"{', '.join(f'{v:g}' for v in pair[i])} {unit}" for unit, pair in pairs.items())
+        "; ".join(f"{', '.join(f'{round(v, 3):g}' for v in pair[i])} {unit}" for unit, pair in pairs.items())
         for i in (0, 1)
     )
     return Claim(statement, *texts, Criterion("all equal", same), reason)
