@@ -78,7 +78,7 @@ def claims_table(*experiments: Experiment) -> Styler:
     """Return `table` for a notebook, with the verdicts in their colours."""
     claims = table(*experiments)
     shades = dict(zip(VERDICTS, look.VERDICTS, strict=True))
-    colours = claims.verdict.map(lambda verdict: f"background-color: {shades[verdict]}")
+    colours = claims.verdict.map(lambda word: f"color: black; background-color: {shades[word]}")
     return wrapped(claims.style.hide(axis="index")).apply(lambda _: colours, subset=["verdict"])
 
 
