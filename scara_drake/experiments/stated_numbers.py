@@ -164,14 +164,15 @@ def _gains(table: str, seed: int, scenarios: tuple[str, ...]) -> Experiment:
 def _equal(statement: str, pairs: Mapping[str, tuple[Any, Any]], reason: str) -> Claim:
     """Judge whether stated numbers are those that were found: (stated, found) by their unit."""
     same = all(np.allclose(found, stated, EXACT, 0.0) for stated, found in pairs.values())
-    texts = (
-        "; ".join(
-            f"{', '.join(f'{round(v, 3):g}' for v in pair[i])} {unit}"
-            for unit, pair in pairs.items()
-        )
-        for i in (0, 1)
+    paper, here = (
+        "; ".join(f"{_listed(pair[which])} {unit}" for unit, pair in pairs.items())
+        for which in (0, 1)
     )
-    return Claim(statement, *texts, Criterion("all equal", same), reason)
+    return Claim(statement, paper, here, Criterion("all equal", same), reason)
+
+
+def _listed(values: Any) -> str:
+    return ", ".join(f"{round(float(value), 3):g}" for value in values)
 
 
 def _numbers(seed: int, **rows: Any) -> xr.Dataset:
