@@ -7,6 +7,7 @@ from scara_drake.experiments import EXPERIMENTS, Experiment
 
 SMALL: dict[str, dict[str, Any]] = {
     "table_6": {"starts": 6},
+    "table_7": {"draws": 3, "paths": 2},
     "table_8": {"draws": 6},
     "figures_8_9": {"draws": 6},
     "table_9": {"paths": 3},
