@@ -1,14 +1,16 @@
-"""The delay that the loop bears: by formula, by the sampled loop's spectral radius, by simulation.
+r"""The delay that the loop bears: by formula, by the sampled loop's spectral radius, by simulation.
 
 Inside the boundary layer the law is a PID with a = k + r, r = rho / phi, and the plant of one joint
-is b / l² with b = m_hat / M. The loop transfer function is then::
+is b / l² with b = m_hat / M. The loop transfer function is then
 
-    L(l) = b (l + c) (a l + k r) / l³
+.. math::
 
-|L| falls from infinity to 0, so it crosses 1 once, at w; the phase margin there is
-atan(w / c) + atan(a w / (k r)) - pi / 2, and a delay of phase margin / w brings the loop to its
-limit. A hold of T_s takes T_s / 2 of that. `sampled_loop` is exact instead, for one joint or for
-the arm, and `grows` runs the law itself.
+    L(\lambda) = b\,(\lambda + c)\,(a\,\lambda + k\,r) / \lambda^3
+
+Its magnitude falls from infinity to 0, so it crosses 1 once, at :math:`\omega`; the phase margin
+there is :math:`\arctan(\omega / c) + \arctan(a\,\omega / (k r)) - \pi / 2`, and a delay of phase
+margin :math:`/\, \omega` brings the loop to its limit. A hold of T_s takes T_s / 2 of that.
+`sampled_loop` is exact instead, for one joint or for the arm, and `grows` runs the law itself.
 """
 
 from __future__ import annotations
