@@ -40,8 +40,6 @@ TOLERANCE = (5e-3, 0.0175)  # section III-C of the paper
 BRIEF: dict[str, dict[str, Any]] = {
     "figure_28": {"duration": 0.5},
     "figures_29_30": {"duration": 1.7},  # up to the first turn behind the first second
-    "stability": SMALL["stability"]
-    | {"postures": 1, "duration": 1.2, "variations": {"nominal": {}}},
     "perturbation_observer": {"duration": 0.5, "contact_duration": 0.02},
 }
 

@@ -70,7 +70,8 @@ def _checked_jobs(options: argparse.Namespace) -> int:
     """
     checks.number("--seed", options.seed, 0)
     if options.accept and options.seed != baseline.SEED:
-        raise ValueError(f"--accept: with --seed {options.seed}, allowed with {baseline.SEED}")
+        allowed = f"allowed with --seed {baseline.SEED}"
+        raise ValueError(f"--accept: with --seed {options.seed}, {allowed}")
     for name in ("reproduction.html", "reproduction.md", f"{PICTURES}/figure.png"):
         check_output("--out", options.out / name, Path(name).suffix)
     return job_count(options.jobs)
@@ -79,7 +80,8 @@ def _checked_jobs(options: argparse.Namespace) -> int:
 def _run_all(names: Sequence[str], seed: int, jobs: int) -> dict[str, Outcome]:
     """Run experiments and return what became of them, in the order of the names."""
     # Once, before several processes need them: numba's cache has no lock.
-    compile_all(load_scenario(name) for name in scenario_names())
+    if jobs > 1 and len(names) > 1:
+        compile_all(load_scenario(name) for name in scenario_names())
     outcomes = {}
     with Watch(Console(stderr=True, soft_wrap=True), len(names)) as watch:
         for outcome in run_experiments(names, seed, jobs, watch.began):

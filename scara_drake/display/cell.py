@@ -116,9 +116,10 @@ class _Cell:
 
     def show(self, markup: str) -> None:
         """Show markup, in place of what was shown before."""
-        from IPython.display import HTML, display
+        from IPython.display import display
 
+        bundle = {"text/html": markup, "text/plain": "Scene"}
         if self._handle is None:
-            self._handle = display(HTML(markup), display_id=True)
+            self._handle = display(bundle, raw=True, display_id=True)
         else:
-            self._handle.update(HTML(markup))
+            self._handle.update(bundle, raw=True)

@@ -79,7 +79,7 @@ def delays(tables: Mapping[str, IntegralSlidingMode], every: int) -> xr.Dataset:
         cells = list(np.ndindex(b.shape))
         inverse_mass = b / g.m_hat
         exact.append([onset(inverse_mass[i, j].reshape(1, 1), gains[:, [j]]) for i, j in cells])
-        simulated.append([simulated_onset(float(b[i, j]), gains[:, [j]]) for i, j in cells])
+        simulated.append(simulated_onset(b.ravel(), np.tile(gains, 3)))
         arm.append(arm_onset(controller, PERIOD, every))
     dims, shape = ("table", "inertia", "joint"), (len(tables), 3, 6)
     return xr.Dataset(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import product
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,10 +47,13 @@ RANGES: Final[dict[str, Range]] = {
 }
 LITERAL_SPEED: Final = Range(0.05, 2.0, True)  # v_max as the bound of rand
 LAWS: Final = tuple(
-    Law(*flags, particles) for *flags, particles in product(*[(False, True)] * 5, (40, 48, 80))
+    Law(literal, millimetres, angles, one_turn, at_once, particles)
+    for literal, millimetres, angles, one_turn, at_once in product((False, True), repeat=5)
+    for particles in (40, 48, 80)
 )
 FLIP: Final = 0.08  # chance that a proposal changes each of the readings
 WIDER: Final = 2.0  # variance of a proposal, of that of the generation before it
+HOPELESS: Final = 2.5  # of 4 that PSO by itself can miss; the first generation ends there
 NEARER: Final = 0.3  # quantile of the distances below which a generation proposes
 FEWEST: Final = 8  # candidates that a generation goes on from
 
@@ -121,12 +124,24 @@ def candidate(
     return Candidate(law, place, found, float((found @ only).min()), 1.0)
 
 
-def first_generation(seed: int, each: int, size: Size) -> list[Candidate]:
-    """Run candidates drawn evenly from RANGES, so many for each of LAWS."""
-    rng, all_of_them = np.random.default_rng(seed), np.ones(len(STATEMENTS))
-    places = [(law, rng.random(len(RANGES))) for law in LAWS for _ in range(each)]
-    tried = [candidate(law, u, _seed(rng), size, np.inf, all_of_them) for law, u in places]
-    return [one for one in tried if one is not None]
+def first_generation(seed: int, each: int, size: Size) -> tuple[list[Candidate], list[Candidate]]:
+    """Run candidates drawn evenly from RANGES, so many for each of LAWS.
+
+    Returns:
+        Those that are run to their end, and those that HOPELESS ends behind PSO, nothing met.
+    """
+    rng, everything = np.random.default_rng(seed), np.ones(len(STATEMENTS))
+    kept, ended = [], []
+    for law in LAWS:
+        for _ in range(each):
+            place = rng.random(len(RANGES))
+            one = candidate(law, place, _seed(rng), size, HOPELESS, everything)
+            nothing = np.ones((len(COUNTS), len(STATEMENTS)))
+            if one is None:
+                ended.append(Candidate(law, place, nothing, float(len(STATEMENTS)), 1.0))
+            else:
+                kept.append(one)
+    return kept, ended
 
 
 def search(
@@ -179,7 +194,8 @@ def _proposal(
         others = [40, 48, 80] if name == "particles" else [False, True]
         if rng.random() < FLIP:
             others.remove(value)
-            law = law._replace(**{name: others[int(rng.integers(len(others)))]})
+            values: dict[str, Any] = {name: others[int(rng.integers(len(others)))]}
+            law = law._replace(**values)
     while True:
         place = parent.place + spread * rng.standard_normal(len(spread))
         if ((place >= 0.0) & (place <= 1.0)).all():

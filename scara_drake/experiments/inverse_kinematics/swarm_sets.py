@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,9 @@ class Found(NamedTuple):
     Attributes:
         law: reading of the swarm.
         coefficients: of it, to DIGITS digits.
-        count: number of COUNTS under which it is nearest to all statements.
-        phase: of the search that ran it: "first", "search", "posterior", or a statement's name.
+        counting: number of COUNTS under which it is nearest to all statements.
+        phase: of the search that ran it: "first" or "ended", "search", "posterior", or the name of the
+            statement that was searched for alone.
         distance: sum of its misfits under that count.
         weight: in the posterior, else 0.
         met: sets of statements met under one of the counts, none within another.
@@ -33,7 +34,7 @@ class Found(NamedTuple):
 
     law: Law
     coefficients: Coefficients
-    count: int
+    counting: int
     phase: str
     distance: float
     weight: float
@@ -47,7 +48,7 @@ def found(one: Candidate, phase: str, check: float = np.nan) -> Found:
     sets = {frozenset(map(str, names[row == 0.0])) for row in one.misfits}
     largest = sorted((s for s in sets if not any(s < other for other in sets)), key=_bits)
     weight = one.weight if phase == "posterior" else 0.0
-    numbers = {
+    numbers: dict[str, Any] = {
         name: value if isinstance(value, int) else float(f"{value:.{DIGITS}g}")
         for name, value in one.coefficients._asdict().items()
     }
@@ -75,7 +76,7 @@ def write(rows: Iterable[Found], path: Path = FILE) -> None:
             met = ".".join(f"{_bits(names):x}" for names in row.met)
             law = [int(value) for value in row.law]
             out.writerow(
-                [*law, *row.coefficients, row.count, row.phase, row.distance, row.weight, met,
+                [*law, *row.coefficients, row.counting, row.phase, row.distance, row.weight, met,
                  row.check]
             )  # fmt: skip
 
@@ -91,8 +92,10 @@ def read(path: Path = FILE) -> list[Found]:
 
 
 def _row(values: dict[str, str]) -> Found:
-    flags = [bool(int(values[name])) for name in Law._fields[:-1]]
-    numbers = [float(values[name]) for name in Coefficients._fields[:-2]]
+    law: dict[str, Any] = {name: bool(int(values[name])) for name in Law._fields}
+    law["particles"] = int(values["particles"])
+    numbers: dict[str, Any] = {name: float(values[name]) for name in Coefficients._fields}
+    numbers |= {name: int(values[name]) for name in ("after", "patience")}
     count = int(values["count"])
     if not 0 <= count < len(COUNTS):
         raise ValueError(f"count: {count}, allowed 0 to {len(COUNTS) - 1}")
@@ -101,8 +104,6 @@ def _row(values: dict[str, str]) -> Found:
         for bits in values["met"].split(".")
     )
     return Found(
-        Law(*flags, int(values["particles"])),
-        Coefficients(*numbers, int(values["after"]), int(values["patience"])),
-        count, values["phase"], float(values["distance"]), float(values["weight"]), met,
-        float(values["check"]),
+        Law(**law), Coefficients(**numbers), count, values["phase"], float(values["distance"]),
+        float(values["weight"]), met, float(values["check"]),
     )  # fmt: skip
