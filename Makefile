@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test test-slow lint kernels lab svg clean
+.PHONY: run test test-slow lint kernels lab docs svg clean
 
 # Installed anew when what is to be installed has changed.
 $(VENV)/.installed: pyproject.toml constraints.txt
@@ -40,6 +40,10 @@ lint: $(VENV)/.installed
 
 lab: $(VENV)/.installed
 	$(BIN)/jupyter lab notebooks
+
+# The site, in build/site/index.html.
+docs: $(VENV)/.installed
+	$(BIN)/python docs/make_site.py
 
 # The block diagrams beside the scenarios, drawn from the Diagrams (needs Graphviz).
 svg: $(VENV)/.installed
