@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any
 
 from scara_drake.experiments import EXPERIMENTS, Experiment
+from scara_drake.stability.robustness import VARIATIONS
 
 SMALL: dict[str, dict[str, Any]] = {
     "table_6": {"starts": 6},
@@ -22,7 +23,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "postures": 4,
         "every": 400,
         "duration": 1.2,
-        "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
+        "variations": {name: VARIATIONS[name] for name in ("nominal", "payload 25 kg", "lag 10 ms")},
     },
     "couplings": {
         "couplings": ("direct", "TDPA"),

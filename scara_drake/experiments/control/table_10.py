@@ -24,8 +24,10 @@ from scara_drake.experiments.claim import (
     ordered,
     within,
 )
+from scara_drake.experiments.control import table_10_readings
 from scara_drake.experiments.control.second_order import Disturbance, ismc_gains, respond, smc_gains
 from scara_drake.experiments.quantity import Quantity, quantity
+from scara_drake.experiments.reading import OpenQuestion
 from scara_drake.recordings.labels import labelled
 
 C, K, PHI = 1.0, 50.0, 1.0  # [1/s], [1/s], [m/s]
@@ -89,7 +91,18 @@ def run(seed: int = 0, duration: float = 12.0) -> Experiment:
         },
         attrs={"seed": seed, "c": C, "k": K, "phi": PHI},
     )
-    return Experiment("Table 10", data, claims(data))
+    others = table_10_readings.other_gains(DISTURBANCES, RHO["ISMC"], PHI, BAND, duration)
+    data = data.merge(others, combine_attrs="override")
+    return Experiment("Table 10", data, claims(data), questions(data))
+
+
+def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
+    """Show what the claims become by other disturbances and gains; see `run` for the data."""
+    first = _first(data.settling_time.fillna(np.inf))
+    return (
+        table_10_readings.disturbance(data, first, PAPER_SETTLING),
+        table_10_readings.gains(data, _rises, _settles),
+    )
 
 
 def late_error(x: xr.DataArray) -> xr.DataArray:
@@ -108,8 +121,8 @@ def claims(data: xr.Dataset) -> list[Claim]:
     # A law that never settles comes last.
     times = data.settling_time.fillna(np.inf)
     return [
-        _ismc(data.rise_time, "rises in 2.31 s", PAPER_ISMC_RISE),
-        _ismc(times, "settles within 1 % in 4.65 s", PAPER_ISMC_SETTLING),
+        _rises(data.rise_time.sel(law="ISMC")),
+        _settles(times.sel(law="ISMC")),
         _smc(data.sel(law="SMC")),
         _affected(data),
         _first(times),
@@ -126,8 +139,16 @@ def claims(data: xr.Dataset) -> list[Claim]:
     ]
 
 
+def _rises(times: xr.DataArray) -> Claim:
+    return _ismc(times, "rises in 2.31 s", PAPER_ISMC_RISE)
+
+
+def _settles(times: xr.DataArray) -> Claim:
+    return _ismc(times, "settles within 1 % in 4.65 s", PAPER_ISMC_SETTLING)
+
+
 def _ismc(times: xr.DataArray, what: str, paper: Quantity) -> Claim:
-    of = times.sel(law="ISMC").fillna(np.inf)
+    of = times.fillna(np.inf)
     plain = _seconds(of.sel(disturbance="none"), "without disturbance")
     under = quantity(
         {name: float(of.sel(disturbance=name)) for name in _disturbed(of)}, "s", missing="never"
