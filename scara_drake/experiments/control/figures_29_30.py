@@ -157,13 +157,15 @@ def lag(data: xr.Dataset) -> xr.DataArray:
     """Delay [s] of the reference, up to 0.3 s, that fits the response best."""
     late = data.sel(time=slice(START, None))
     period = float(data.time[1] - data.time[0])
-    shifts = range(round(0.3 / period) + 1)
+    shifts = np.arange(round(0.3 / period) + 1)
+    first, desired = data.sizes["time"] - late.sizes["time"], data.q_desired.values
+    measured = late.q_measured.transpose(..., "time")
     misfit = [
-        ((late.q_measured - data.q_desired.shift(time=n).sel(time=late.time)) ** 2).mean("time")
+        np.mean((measured.values - desired[first - n : desired.size - n]) ** 2, axis=-1)
         for n in shifts
     ]
-    best = xr.concat(misfit, xr.Variable(("lag",), [n * period for n in shifts]))
-    return best.assign_coords(lag=[n * period for n in shifts]).idxmin("lag")
+    dims = measured.isel(time=0, drop=True)
+    return dims.copy(data=period * np.argmin(misfit, axis=0))
 
 
 def undershoot(data: xr.Dataset) -> xr.DataArray:

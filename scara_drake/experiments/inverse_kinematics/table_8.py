@@ -245,6 +245,7 @@ def _times(data: xr.Dataset) -> Claim:
                 for name in ("PSO, tuned", "DPSO, tuned", "DPSO, polished")
             },
             "ms",
+            clock=True,
         ),
         None,
         f"Other machine, compiled code. {late} of the paper's {len(PAPER_DPSO_TIME.values)} times "
