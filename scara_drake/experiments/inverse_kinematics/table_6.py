@@ -241,7 +241,7 @@ def _both(full: xr.Dataset) -> Claim:
         PAPER_SOLVED,
         share,
         Criterion(
-            "no start ends within both tolerances (in kind: fewer than 90 %)",
+            "no start ends within both tolerances (in kind: fewer than 90 %, a share of ours)",
             at_most(share),
             share.values[0] < 90,
         ),
@@ -278,7 +278,7 @@ def _cost(rows: xr.Dataset, ours: xr.Dataset) -> list[Claim]:
             f"IJ takes {ITERATIONS} iterations",
             PAPER_COUNT,
             (count, other),
-            Criterion("within a factor of two", within_factor(count, 2.0)),
+            Criterion("within a factor of two, which is ours", within_factor(count, 2.0)),
             f"The paper has the same {ITERATIONS} in each row, as when a budget ends; here it ends "
             f"in {end:.0f} % of the starts, and in the others the iterations stop where they "
             "gain nothing more.",
