@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test test-slow lint kernels lab svg clean
+.PHONY: run test test-slow lint kernels lab docs svg clean
 
 # Installed anew when what is to be installed has changed.
 $(VENV)/.installed: pyproject.toml constraints.txt
@@ -24,8 +24,14 @@ test: $(VENV)/.installed
 	$(MAKE) --jobs=2 lint kernels
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
+# What only the slow tests compare with: other programs that read the URDF.
+$(VENV)/.benchmarks: $(VENV)/.installed
+	$(BIN)/python -m pip install --disable-pip-version-check \
+	  --constraint constraints.txt --editable '.[benchmarks]'
+	touch $@
+
 # Ten times the examples of the property tests, and the long studies.
-test-slow: $(VENV)/.installed kernels
+test-slow: $(VENV)/.benchmarks kernels
 	SCARA_DRAKE_NIGHTLY=1 $(BIN)/python -m pytest -n 2 --dist worksteal --timeout=3000 \
 	  -m "slow or hypothesis"
 
@@ -40,6 +46,11 @@ lint: $(VENV)/.installed
 
 lab: $(VENV)/.installed
 	$(BIN)/jupyter lab notebooks
+
+# The site, in build/site/index.html, with the notebooks as they ran.
+docs: $(VENV)/.installed kernels
+	$(BIN)/python docs/run_notebooks.py
+	$(BIN)/python docs/make_site.py
 
 # The block diagrams beside the scenarios, drawn from the Diagrams (needs Graphviz).
 svg: $(VENV)/.installed

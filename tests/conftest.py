@@ -15,7 +15,7 @@ import pytest
 from hypothesis import settings
 
 # Kinds of tests, by their mark, that need what a machine may not have.
-NEEDED = ("browser", "drawing", "device")
+NEEDED = ("browser", "drawing", "device", "check_urdf")
 OTHER = "other"
 
 # Those that set their number of examples themselves do it by `strategies.examples`.

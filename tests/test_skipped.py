@@ -21,7 +21,7 @@ def test_elsewhere():
 def test_always():
     pass
 """
-MARKS = "[pytest]\nmarkers =\n browser:\n drawing:\n device:\n slow:\n"
+MARKS = "[pytest]\nmarkers =\n browser:\n drawing:\n device:\n check_urdf:\n slow:\n"
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import pandas as pd
@@ -100,11 +100,8 @@ def markdown(*experiments: Experiment) -> str:
     """Return the claims as Markdown, a table for each experiment."""
     lines = []
     for experiment in experiments:
-        lines += [f"## {experiment.name}", "", f"| {' | '.join(COLUMNS)} |"]
-        lines += ["|" + "---|" * len(COLUMNS)]
-        for claim in experiment.claims:
-            lines.append(_cells(row(claim)))
-        lines.append("")
+        rows = [row(claim) for claim in experiment.claims]
+        lines += [f"## {experiment.name}", "", markdown_table(COLUMNS, rows)]
     return "\n".join(lines)
 
 
@@ -124,10 +121,10 @@ def reading_columns(question: OpenQuestion) -> list[str]:
     return ["reading", "meaning", *question.readings[0].consequences, "verdict"]
 
 
-def reading_row(reading: Reading) -> list[str]:
-    """Return the cells of a reading, see `reading_columns`; ours is marked."""
+def reading_row(reading: Reading, clock: bool = True) -> list[str]:
+    """Return the cells of a reading, see `reading_columns`; ours is marked; `clock` as in `row`."""
     name = f"{reading.name} {CHOSEN}" if reading.chosen else reading.name
-    values = [text(value) for value in reading.consequences.values()]
+    values = [text(value, clock=clock) for value in reading.consequences.values()]
     return [name, reading.meaning, *values, reading.verdict or NOT_JUDGED]
 
 
@@ -153,12 +150,11 @@ def reading_styler(question: OpenQuestion) -> Styler:
     return styled.set_caption(reading_caption(question))
 
 
-def reading_markdown(question: OpenQuestion) -> str:
-    """Return a question as a table of Markdown, below its caption."""
-    columns = reading_columns(question)
-    lines = [reading_caption(question), "", _cells(columns), "|" + "---|" * len(columns)]
-    lines += [_cells(reading_row(reading)) for reading in question.readings]
-    return "\n".join([*lines, ""])
+def reading_markdown(question: OpenQuestion, clock: bool = True) -> str:
+    """Return a question as a table of Markdown, below its caption; `clock` as in `row`."""
+    rows = [reading_row(reading, clock) for reading in question.readings]
+    table = markdown_table(reading_columns(question), rows)
+    return f"{reading_caption(question)}\n\n{table}"
 
 
 def reading_terminal(question: OpenQuestion) -> Table:
@@ -169,12 +165,23 @@ def reading_terminal(question: OpenQuestion) -> Table:
     return made
 
 
+def markdown_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of texts as Markdown."""
+    lines = [_cells(columns), "|" + "---|" * len(columns), *map(_cells, rows)]
+    return "\n".join([*lines, ""])
+
+
 def _cells(texts: Iterable[str]) -> str:
     escaped = [cell.replace("|", "\\|") for cell in texts]
     return f"| {' | '.join(escaped)} |"
 
 
-def row(claim: Claim) -> tuple[str, ...]:
-    """Return the cells of a claim, see COLUMNS."""
-    measured = text(claim.measured)
+def row(claim: Claim, clock: bool = True) -> tuple[str, ...]:
+    """Return the cells of a claim, see COLUMNS.
+
+    Args:
+        claim: any.
+        clock: writes what was measured by the clock, too, which differs from run to run.
+    """
+    measured = text(claim.measured, clock=clock)
     return (claim.statement, paper(claim), measured, claim.verdict, explanation(claim))
