@@ -89,7 +89,7 @@ def execute(name: str) -> Path:
 
 def read(path: Path) -> Any:
     """Return a notebook."""
-    return nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]  # has no types
+    return nbformat.read(path, as_version=4)
 
 
 def run(notebook: Any, name: str) -> None:
