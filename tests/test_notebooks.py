@@ -166,7 +166,7 @@ def test_the_answer_is_true(name):
     client = run_notebooks.client_of(notebook)
     cells = list(enumerate(notebook.cells))
     changed = next(i for i, cell in cells if old in cell.source.splitlines())
-    check = nbformat.v4.new_code_cell  # type: ignore[no-untyped-call]  # has no types
+    check = nbformat.v4.new_code_cell
     with client.setup_kernel():
         for index, cell in cells:
             client.execute_cell(cell, index)
@@ -179,7 +179,7 @@ def test_the_answer_is_true(name):
 
 @pytest.mark.parametrize("name", sorted(SCENES))
 def test_the_scene_is_in_the_exported_page(name):
-    page, _ = HTMLExporter().from_notebook_node(executed(name))  # type: ignore[no-untyped-call]
+    page, _ = HTMLExporter().from_notebook_node(executed(name))
     packed = re.findall(r"atob\((?:&quot;|\")([\w+/=]{1000,})", page)
     assert len(packed) == 1
     shown = gzip.decompress(base64.b64decode(packed[0])).decode()
@@ -208,9 +208,7 @@ def test_an_error_names_notebook_and_cell(tmp_path, monkeypatch):
         ("raises", "1 / 0", "ZeroDivisionError"),
         ("warns", "import warnings; warnings.warn('so')", "UserWarning: so"),
     ):
-        notebook = cells.new_notebook(  # type: ignore[no-untyped-call]
-            cells=[cells.new_code_cell("1"), cells.new_code_cell(line)]  # type: ignore[no-untyped-call]
-        )
+        notebook = cells.new_notebook(cells=[cells.new_code_cell("1"), cells.new_code_cell(line)])
         nbformat.write(notebook, tmp_path / f"{name}.ipynb")
         with pytest.raises(run_notebooks.NotebookError, match=f"{name}, cell 1: ") as error:
             run_notebooks.execute(name)
