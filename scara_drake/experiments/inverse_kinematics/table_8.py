@@ -35,7 +35,7 @@ from scara_drake.recordings.labels import labelled
 
 # PAPER without its last stage, to see what PSO-2 reaches by itself.
 TWO_STAGES: Final = PAPER._replace(fallback=PAPER.fallback._replace(iterations=0))
-# "paper": one pass with assumed coefficients, since the paper's Table 7 is lost. "tuned": passes
+# "paper": one pass with the coefficients of experiment table_7. "tuned": passes
 # until one ends inside the tolerances. "polished": the package's own, refined by least squares.
 SOLVERS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "PSO, paper": ("pso", {"parameters": "paper"}),
@@ -138,8 +138,7 @@ def _within_tolerance(data: xr.Dataset, good: xr.DataArray, kind: str) -> Claim:
             at_least(worst, 0.95),
             min(worst.values) > 0.0,
         ),
-        "One pass as published; Table 7 with its coefficients is lost, so ours are a guess, and "
-        + spent
+        "One pass as published; Table 7 is lost, and ours are what a search found nearest; " + spent
         if kind == "paper"
         else "Coefficients found by search, and a new pass where one fails: " + spent,
     )
