@@ -96,7 +96,7 @@ def _axes(plant: MultibodyPlant, frames: list[Any]) -> xr.Dataset:
         for name, joint, pose in zip(JOINT_NAMES, joints, poses, strict=False)
     ]
     origins = [pose.translation() for pose in poses]
-    origins[0] = origins[1]  # of the mast, the end that carries the arm
+    origins[0] = origins[1] - 0.8 * axes[0]  # on the mast, in sight of the arm
     return xr.Dataset(
         {
             "origin": labelled(("frame", "coordinate"), origins, "m", "place of joint or tool"),

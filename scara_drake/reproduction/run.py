@@ -22,6 +22,7 @@ from scara_drake.reproduction.workers import Workers
 # Begin before the others, in this order: a long one that begins last would run alone.
 LONGEST: Final = (
     "couplings",
+    "table_7",
     "stability",
     "figures_29_30",
     "windup",

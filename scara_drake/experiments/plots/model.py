@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
 from scara_drake.plotting import FIRST, SECOND
 
@@ -22,9 +23,12 @@ def axes(data: xr.Dataset) -> Figure:
         ax.quiver(*start, *(LENGTH * axis), color=SECOND, linewidth=2.0)
         ax.text(*(start + 1.15 * LENGTH * axis), str(name), fontsize="small")
     ax.plot([], [], color=SECOND, label="axes of the joints")
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(MultipleLocator(0.4))
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
     ax.set_zlabel("z [m]")
+    ax.set_zlim(p[:, 2].min(), p[:, 2].max() + 1.5 * LENGTH)
     ax.set_aspect("equal")
     ax.legend(loc="upper left", fontsize="small")
     return figure
