@@ -26,7 +26,7 @@ from scara_drake.reproduction.index import NUMBERED
 from scara_drake.reproduction.workers import Workers
 
 # Those that are drawn, and those that stand in the place of the paper's drawings.
-PICTURES = sum(map(len, run.DRAWN.values())) + 5
+PICTURES = sum(map(len, run.DRAWN.values())) + 7
 ROOT = Path(__file__).parents[1]
 
 

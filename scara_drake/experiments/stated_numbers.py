@@ -18,7 +18,7 @@ from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.environment.wall import Wall
 from scara_drake.experiments.claim import Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import quantity
-from scara_drake.joints import HOME, JOINT_NAMES, LOWER, UPPER
+from scara_drake.joints import JOINT_NAMES, LOWER, UPPER
 from scara_drake.recordings.labels import labelled
 from scara_drake.robot import TOOL_FRAME, add_scara
 from scara_drake.scenario import load_scenario
@@ -67,7 +67,7 @@ def table_1(seed: int = 0) -> Experiment:
         X_WE = frames[-1].CalcPoseInWorld(context).GetAsMatrix4()
         apart.append(np.abs(X_WE - _product_of_rows(q)).max())
     off = max(*apart, 1e-16)
-    data = _numbers(seed, apart=apart, lengths=lengths).merge(_axes(plant, frames))
+    data = _numbers(seed, apart=apart, lengths=lengths)
     return Experiment(
         "Table 1",
         data,
@@ -81,28 +81,6 @@ def table_1(seed: int = 0) -> Experiment:
                 "The URDF in Drake against the rows multiplied here, mast height included.",
             ),
         ],
-    )
-
-
-def _axes(plant: MultibodyPlant, frames: list[Any]) -> xr.Dataset:
-    """Return where the joints and the tool are at home, and along what the joints move."""
-    context = plant.CreateDefaultContext()
-    plant.SetPositions(context, HOME)
-    poses = [frame.CalcPoseInWorld(context) for frame in frames]
-    joints = [plant.GetJointByName(name) for name in JOINT_NAMES]
-    axes = [
-        pose.rotation().matrix()
-        @ (joint.translation_axis() if name == "d1" else joint.revolute_axis())
-        for name, joint, pose in zip(JOINT_NAMES, joints, poses, strict=False)
-    ]
-    origins = [pose.translation() for pose in poses]
-    origins[0] = origins[1] - 0.8 * axes[0]  # on the mast, in sight of the arm
-    return xr.Dataset(
-        {
-            "origin": labelled(("frame", "coordinate"), origins, "m", "place of joint or tool"),
-            "axis": labelled(("joint", "coordinate"), axes, "1", "direction of the joint"),
-        },
-        coords={"joint": list(JOINT_NAMES)},
     )
 
 

@@ -16,7 +16,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scara_drake.experiments import EXPERIMENTS, Experiment
-from scara_drake.experiments.plots import EQUATIONS, FIGURES, TABLES, Picture, model
+from scara_drake.experiments.plots import EQUATIONS, FIGURES, TABLES
 from scara_drake.reproduction.workers import Workers
 
 # Begin before the others, in this order: a long one that begins last would run alone.
@@ -32,9 +32,8 @@ LONGEST: Final = (
     "table_10",
 )
 DOTS_PER_INCH: Final = 80
-AXES: Final = Picture("table_1", model.axes, "Axes of the model's joints, at its home posture.")
 # Pictures by the numbers of what they belong to.
-DRAWN: Final = {"table": TABLES, "figure": {2: AXES, **FIGURES}, "equation": EQUATIONS}
+DRAWN: Final = {"table": TABLES, "figure": FIGURES, "equation": EQUATIONS}
 
 
 @dataclass(frozen=True)
