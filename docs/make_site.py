@@ -8,6 +8,7 @@ with warnings as errors.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import re
@@ -39,6 +40,7 @@ LANGUAGES: Final = {
     ".csv": "text",
 }
 LINK: Final = re.compile(r"(?<=\]\()(?![a-z]+:|#)([^)#\s]+)(#[^)\s]*)?(?=\))")
+INCLUDED: Final = re.compile(r"(?<=^```{literalinclude} )\S+", re.MULTILINE)
 FENCE: Final = re.compile(r"^(```+|~~~+|:::+).*?^\1$", re.MULTILINE | re.DOTALL)
 
 
@@ -56,13 +58,14 @@ def place(file: Path) -> str:
     return f"source/{name}.md"
 
 
-def relinked(text: str, page: Path, wanted: list[Path]) -> str:
+def relinked(text: str, page: Path, wanted: list[Path], folder: Path = SOURCE) -> str:
     """Return the text of a page with its links as they are on the site.
 
     Args:
         text: Markdown.
         page: its file in the repository.
         wanted: is added the files that it links to.
+        folder: of the sources of the site.
     """
     here = Path(place(page)).parent
 
@@ -73,6 +76,10 @@ def relinked(text: str, page: Path, wanted: list[Path]) -> str:
         wanted.append(target)
         return os.path.relpath(place(target), here) + (match[2] or "")
 
+    def include(match: re.Match[str]) -> str:
+        return os.path.relpath(page.parent / match[0], folder / here)
+
+    text = INCLUDED.sub(include, text)
     parts, end = [], 0
     for fence in FENCE.finditer(text):
         parts += [LINK.sub(link, text[end : fence.start()]), fence[0]]
@@ -98,7 +105,7 @@ def pages() -> Iterator[Path]:
     yield from (ROOT / name for name in OUTSIDE)
 
 
-def content(file: Path, wanted: list[Path]) -> bytes:
+def content(file: Path, wanted: list[Path], folder: Path) -> bytes:
     """Return what stands on the site for a file, and add to `wanted` what it links to."""
     if file.suffix in PICTURES:
         return file.read_bytes()
@@ -107,14 +114,14 @@ def content(file: Path, wanted: list[Path]) -> bytes:
         notebook = json.loads((executed if executed.exists() else file).read_text())
         for cell in notebook["cells"]:
             if cell["cell_type"] == "markdown":
-                cell["source"] = relinked("".join(cell["source"]), file, wanted)
+                cell["source"] = relinked("".join(cell["source"]), file, wanted, folder)
         return json.dumps(notebook).encode()
     if file.suffix == ".md":
-        return relinked(file.read_text(), file, wanted).encode()
+        return relinked(file.read_text(), file, wanted, folder).encode()
     # A folder's links start in it.
     base = file / "README.md" if file.is_dir() else file
     text = shown(file)
-    return (relinked(text, base, wanted) if file.is_dir() else text).encode()
+    return (relinked(text, base, wanted, folder) if file.is_dir() else text).encode()
 
 
 def lay_out(folder: Path = SOURCE) -> None:
@@ -126,7 +133,7 @@ def lay_out(folder: Path = SOURCE) -> None:
         if target in kept:
             continue
         kept.add(target)
-        data = content(file, wanted)
+        data = content(file, wanted, folder)
         if not target.exists() or target.read_bytes() != data:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(data)
@@ -140,11 +147,13 @@ def build(source: Path = SOURCE, site: Path = SITE) -> int:
 
     lay_out(source)
     settings = ["-c", str(ROOT / "docs"), "-d", str(source.with_name(source.name + "_trees"))]
-    return main(
-        ["-b", "html", "-W", "--keep-going", "-n", "-q", "-j", "2", *settings]
-        + [str(source), str(site)]
-    )
+    strict = ["-b", "html", "-W", "--keep-going", "-n", "-q", "-j", "2"]
+    return main([*strict, *settings, str(source), str(site)])
 
 
 if __name__ == "__main__":
-    sys.exit(build())
+    parser = argparse.ArgumentParser(description="Build the site.")
+    parser.add_argument("--source", type=Path, default=SOURCE, help="where its pages are laid out")
+    parser.add_argument("--site", type=Path, default=SITE, help="where it is written")
+    options = parser.parse_args()
+    sys.exit(build(options.source, options.site))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from typing import Any
 
@@ -46,7 +47,7 @@ def list_ports(
         if inside and written[-1].startswith(("* ", "  ")) and line.startswith("  "):
             written.append("  " + line.strip())
             continue
-        inside = line.startswith("Ports") or (inside and not line.strip())
+        inside = line.startswith("Ports") or (inside and written[-1:] != [""])
         if line.strip() and written and written[-1].startswith(("* ", "  ")):
             written.append("")
         written.append(line)
@@ -73,10 +74,19 @@ def skip_fields(app: Sphinx, what: str, name: str, item: Any, skip: bool, option
     return skip or str(getattr(item, "__doc__", "")).startswith("Alias for field")
 
 
+def leave_out_fields(
+    app: Sphinx, what: str, name: str, item: Any, options: Any, signature: str, returned: str
+) -> tuple[str, str] | None:
+    """Leave the fields of a record out of its head: its docstring lists them."""
+    record = dataclasses.is_dataclass(item) or hasattr(item, "_fields")
+    return ("", "") if what == "class" and record else None
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Add them to Sphinx."""
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     app.connect("autodoc-process-docstring", list_ports, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", escape_bars, priority=401)
+    app.connect("autodoc-process-signature", leave_out_fields)
     app.connect("autodoc-skip-member", skip_fields)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -7,7 +7,9 @@ from scara_drake.experiments import EXPERIMENTS, Experiment
 from scara_drake.stability.robustness import VARIATIONS
 
 SMALL: dict[str, dict[str, Any]] = {
+    "table_5": {"orders": ("xyz, turning axes", "xzy, turning axes"), "order_starts": 8},
     "table_6": {"starts": 6},
+    "table_7": {"draws": 3, "paths": 2},
     "table_8": {"draws": 6},
     "figures_8_9": {"draws": 6},
     "table_9": {"paths": 3},

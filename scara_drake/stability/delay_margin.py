@@ -76,8 +76,7 @@ def delay_margin(
     """Delay that brings a joint's loop to its limit [s]: phase margin / w - period / 2.
 
     A negative one means that the sampled loop is unstable without any delay. Arguments as
-    `crossover`, and:
-        period: T_s of the hold [s]; 0 is continuous time.
+    `crossover`, and the `period` T_s of the hold [s], of which 0 is continuous time.
     """
     margin = phase_margin(c, k, rho, phi, mass_ratio)
     return margin / crossover(c, k, rho, phi, mass_ratio) - 0.5 * period
