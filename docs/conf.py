@@ -15,6 +15,7 @@ extensions = [
     "site_extension",
 ]
 root_doc = "index"
+smartquotes = False
 
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4

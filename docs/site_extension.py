@@ -37,20 +37,17 @@ def list_ports(
 ) -> None:
     """Make a list of the ports in a docstring, which has one a line below "Ports:"."""
     written: list[str] = []
-    inside = False
+    inside = listed = False  # below "Ports:", and in the list itself
     for line in lines:
         if inside and PORT.match(line):
-            if not written[-1].startswith("* ") and written[-1]:
-                written.append("")
-            written.append("* " + line.strip())
-            continue
-        if inside and written[-1].startswith(("* ", "  ")) and line.startswith("  "):
+            written += ["* " + line.strip()] if listed else ["", "* " + line.strip()]
+            listed = True
+        elif listed and line.startswith("  "):
             written.append("  " + line.strip())
-            continue
-        inside = line.startswith("Ports") or (inside and written[-1:] != [""])
-        if line.strip() and written and written[-1].startswith(("* ", "  ")):
-            written.append("")
-        written.append(line)
+        else:
+            inside = line.startswith("Ports") or (inside and bool(line.strip()) and not listed)
+            listed = False
+            written.append(line)
     lines[:] = written
 
 
