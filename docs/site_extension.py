@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 
 # Code and equations, and any other bar.
 BAR = re.compile(r":math:`[^`]*`?|``.*?``|`[^`]*`|\|")
-PORT = re.compile(r"^ +(?:optional )?(?:inputs?|outputs?) ")
+HEAD = re.compile(r"(Ports|Input ports|Output ports)\b")
 
 
 def mathml(tex: str, display: str) -> str:
@@ -37,17 +37,20 @@ def list_ports(
 ) -> None:
     """Make a list of the ports in a docstring, which has one a line below "Ports:"."""
     written: list[str] = []
-    inside = listed = False  # below "Ports:", and in the list itself
+    below, depth = False, 0  # a head, and the indentation of its list once that has begun
     for line in lines:
-        if inside and PORT.match(line):
-            written += ["* " + line.strip()] if listed else ["", "* " + line.strip()]
-            listed = True
-        elif listed and line.startswith("  "):
-            written.append("  " + line.strip())
-        else:
-            inside = line.startswith("Ports") or (inside and bool(line.strip()) and not listed)
-            listed = False
-            written.append(line)
+        indent = len(line) - len(line.lstrip())
+        if below and indent:
+            if not depth:
+                depth = indent
+                written.append("")
+            written.append(("* " if indent == depth else "  ") + line.strip())
+            continue
+        if depth and line:
+            written.append("")
+        below = HEAD.match(line) is not None or (below and not depth and bool(line))
+        depth = 0
+        written.append(line)
     lines[:] = written
 
 

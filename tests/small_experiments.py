@@ -23,9 +23,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "postures": 4,
         "every": 400,
         "duration": 1.2,
-        "variations": {
-            name: VARIATIONS[name] for name in ("nominal", "payload 25 kg", "lag 10 ms")
-        },
+        "variations": {name: VARIATIONS[name] for name in ("nominal", "payload 25 kg", "lag 10 ms")},
     },
     "couplings": {
         "couplings": ("direct", "TDPA"),
