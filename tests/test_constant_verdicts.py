@@ -6,6 +6,7 @@ import pytest
 from mutants import survivors
 
 JUDGED = {  # the file, what runs the experiment there, what judges other data
+    "table_7": ("test_table_7", "experiment", "test_it_judges_what_it_is_given"),
     "table_10": ("test_table_10", "experiment", "test_it_judges_what_it_is_given"),
     "figures_16_17": ("test_figures_16_17", "experiment", "test_it_judges_what_it_is_given"),
     "figures_18_19": ("test_figures_18_19", "experiment", "test_it_judges_what_it_is_given"),

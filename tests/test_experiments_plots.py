@@ -223,9 +223,13 @@ def test_the_answers_of_both_methods():
 def test_the_force_is_felt_later():
     data = data_of("figure 28")
     channels = [name for name in data.channel.values if name != "none"]
+    assert len(drawn("figure 28").axes) == len(channels) + 1
     for axes, channel in enumerate(channels):
         x, late = curve("figure 28", "with delay", axes)
         _, early = curve("figure 28", "without delay", axes)
+        np.testing.assert_array_equal(late, data.force_felt.sel(channel=channel))
+        delay = drawn("figure 28").axes[-1].get_lines()[axes]
+        np.testing.assert_array_equal(y_of(delay), data.delay.sel(channel=channel))
         begins = [x[y > figure_28.TOUCH][:1] for y in (early, late)]
         if begins[1].size:
             lag = figure_28.late(data, str(channel))[0]

@@ -140,6 +140,8 @@ def test_figure_28_judges_what_it_is_given():
     early = felt.shift(time=-100, fill_value=0.0)
     data.force_felt.loc[{"channel": "paper"}] = early
     assert verdicts(figure_28.claims(data))[1] == NOT_REPRODUCED
+    data.delay.loc[{"channel": "paper"}] *= 10.0  # 2 sin t
+    assert verdicts(figure_28.claims(data))[2] == REPRODUCED
 
 
 JUDGES = {

@@ -7,9 +7,9 @@ import pytest
 
 from scara_drake.common.resources import resource
 from scara_drake.experiments import EXPERIMENTS
-from scara_drake.experiments.plots import FIGURES
 from scara_drake.reproduction.contents import slug
 from scara_drake.reproduction.index import ENTRIES, NUMBERED, read_entries, runs
+from scara_drake.reproduction.run import DRAWN
 from scara_drake.reproduction.selection import experiment_of, select
 
 ROOT = Path(__file__).parents[1]
@@ -47,10 +47,11 @@ def test_every_experiment_on_the_paper_judges_an_entry():
     assert {name for name in EXPERIMENTS if re.match(r"table|figure", name)} <= judged
 
 
-def test_each_picture_of_a_figure_is_drawn_by_what_judges_it():
-    for number, picture in FIGURES.items():
-        (entry,) = (e for e in ENTRIES if e.kind == "figure" and number in e.numbers)
-        assert experiment_of(entry, EXPERIMENTS) == picture.experiment, number
+def test_each_picture_is_drawn_by_what_judges_it():
+    for kind, pictures in DRAWN.items():
+        for number, picture in pictures.items():
+            (entry,) = (e for e in ENTRIES if e.kind == kind and number in e.numbers)
+            assert experiment_of(entry, EXPERIMENTS) == picture.experiment, (kind, number)
 
 
 def test_drawings_and_photographs_have_a_picture_or_words_in_their_place():

@@ -33,6 +33,7 @@ from scara_drake.experiments.inverse_kinematics import (
     orientation_drift,
     table_5,
     table_6,
+    table_7,
     table_8,
     table_9,
 )
@@ -45,6 +46,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "table_4": stated_numbers.table_4,
     "table_5": table_5.run,
     "table_6": table_6.run,
+    "table_7": table_7.run,
     "table_8": table_8.run,
     "figures_8_9": figures_8_9.run,
     "table_9": table_9.run,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scara_drake.common.html import Markup, card, chip, folded, line, table
+from scara_drake.common.html import Markup, card, chip, folded, join, line, table
 from scara_drake.display import look
 from scara_drake.experiments.quantity import text
 
@@ -29,11 +29,10 @@ def of_experiment(experiment: Experiment) -> Markup:
 
     rows = [
         (
-            claim.statement,
+            join([claim.statement, folded("why", explanation(claim))]),
             paper(claim),
             text(claim.measured),
             verdict(claim.verdict),
-            folded("why", explanation(claim)),
         )
         for claim in experiment.claims
     ]
@@ -43,7 +42,7 @@ def of_experiment(experiment: Experiment) -> Markup:
     ]
     return card(
         experiment.name,
-        table(rows, ["statement", "paper", "here", "verdict", ""]),
+        table(rows, ["statement", "paper", "here", "verdict"]),
         *(folded(question.question, _readings(question)) for question in experiment.questions),
         folded(f"data: {len(data)} variables", table(data, ["variable", "over"])),
     )

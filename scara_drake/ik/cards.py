@@ -32,8 +32,10 @@ def of_result(result: IkResult) -> Markup:
         line(_state(result.reason, result.success)),
         table([[f"{value:.4f}" for value in result.q]], head),
         table(left, ["error left", "", "tolerance"]),
-        line(f"{_count(result.evaluations)} evaluations of the forward kinematics, "),
-        line(f"{_count(result.iterations)} iterations, {1e3 * result.seconds:.3g} ms"),
+        line(
+            f"{_count(result.evaluations)} evaluations of the forward kinematics, "
+            f"{_count(result.iterations)} iterations, {result.seconds:.2g} s"
+        ),
     )
 
 

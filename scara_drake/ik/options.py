@@ -80,7 +80,8 @@ TUNED: Final = Dpso(
 )
 
 # The paper's own structure, in one pass. Its Table 7 is lost: inertia, its damping, c1, c2 and the
-# speed bound are assumed.
+# speed bound are those of a MATLAB listing that many copy and whose details the paper shares. How
+# far they agree with what it reports, and which sets come nearer: experiments, `table_7`.
 PAPER: Final = Dpso(
     pso1=Swarm(0, 200, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 0.0),
     pso2=Swarm(0, 200, 1.0, 0.99, 0.0, 2.0, 0.1, 0, 0.25, 0.75),

@@ -14,10 +14,9 @@ from typing import Final
 from scara_drake.common.resources import resource
 from scara_drake.experiments import EXPERIMENTS, VERDICTS
 from scara_drake.experiments.claim import OURS, PAPER
-from scara_drake.experiments.plots import FIGURES
 from scara_drake.reproduction.baseline import Difference
 from scara_drake.reproduction.index import NUMBERED, Entry
-from scara_drake.reproduction.run import Outcome
+from scara_drake.reproduction.run import DRAWN, Outcome
 from scara_drake.reproduction.selection import Selection, experiment_of
 
 BESIDE: Final = "Beside the paper"
@@ -165,14 +164,21 @@ def _of_entry(entry: Entry, outcomes: Mapping[str, Outcome], homes: dict[str, En
     outcome = outcomes.get(experiment_of(entry, EXPERIMENTS))
     told = homes[outcome.name].heading if outcome else ""
     shown = [
-        Image(f"{slug(entry.heading)}{Path(path).suffix}", f"{entry.title}, here.", resource(path))
+        Image(
+            f"{slug(entry.heading)}{Path(path).suffix}",
+            f"Here, in the place of {entry.heading}.",
+            resource(path),
+        )
         for path in entry.pictures
     ]
-    for number in entry.numbers if entry.kind == "figure" else ():
-        drawn = next((o.pictures[number] for o in outcomes.values() if number in o.pictures), b"")
+    for number in entry.numbers:
+        name = f"{entry.kind}_{number}"
+        drawn = next((o.pictures[name] for o in outcomes.values() if name in o.pictures), b"")
         if drawn:
-            caption = f"Figure {number} from our data. {FIGURES[number].caption}"
-            shown.append(Image(f"figure_{number}.png", caption, None, drawn))
+            caption = DRAWN[entry.kind][number].caption
+            shown.append(
+                Image(f"{name}.png", f"{entry.kind.capitalize()} {number}. {caption}", None, drawn)
+            )
     return Section(
         entry.heading,
         entry.title,

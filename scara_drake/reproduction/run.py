@@ -16,7 +16,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scara_drake.experiments import EXPERIMENTS, Experiment
-from scara_drake.experiments.plots import FIGURES
+from scara_drake.experiments.plots import EQUATIONS, FIGURES, TABLES
 from scara_drake.reproduction.workers import Workers
 
 # Begin before the others, in this order: a long one that begins last would run alone.
@@ -31,6 +31,7 @@ LONGEST: Final = (
     "table_10",
 )
 DOTS_PER_INCH: Final = 80
+DRAWN: Final = {"table": TABLES, "figure": FIGURES, "equation": EQUATIONS}  # pictures by number
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Outcome:
     Attributes:
         name: in EXPERIMENTS.
         experiment: without its data; None where it broke off.
-        pictures: PNG, by the number of the paper's figure.
+        pictures: PNG, by what they belong to, such as "figure_16".
         error: why it, or a picture of it, broke off; one line.
         trace: where, for whoever mends it.
         seconds: how long it took.
@@ -49,7 +50,7 @@ class Outcome:
 
     name: str
     experiment: Experiment | None = None
-    pictures: dict[int, bytes] = field(default_factory=dict)
+    pictures: dict[str, bytes] = field(default_factory=dict)
     error: str = ""
     trace: str = ""
     seconds: float = 0.0
@@ -80,16 +81,17 @@ def run_one(name: str, seed: int) -> Outcome:
     """Run an experiment and draw its figures; whatever it raises is told by the outcome."""
     begin = time.perf_counter()
     experiment: Experiment | None = None
-    pictures: dict[int, bytes] = {}
+    pictures: dict[str, bytes] = {}
     what, error, trace = "", "", ""
     with warnings.catch_warnings(record=True) as noted:
         warnings.simplefilter("default")
         try:
             experiment = EXPERIMENTS[name](seed=seed)
-            for number, picture in FIGURES.items():
-                if picture.experiment == name:
-                    what = f"figure {number}: "
-                    pictures[number] = png(picture.draw(experiment.data))
+            for kind, drawn in DRAWN.items():
+                for number, picture in drawn.items():
+                    if picture.experiment == name:
+                        what = f"{kind} {number}: "
+                        pictures[f"{kind}_{number}"] = png(picture.draw(experiment.data))
         except Exception as raised:  # it goes on with the others, and is told by name
             error = what + (" ".join(str(raised).split()) or type(raised).__name__)
             trace = traceback.format_exc()

@@ -98,9 +98,8 @@ def run(seed: int = 0, duration: float = 12.0) -> Experiment:
 
 def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
     """Show what the claims become by other disturbances and gains; see `run` for the data."""
-    first = _first(data.settling_time.fillna(np.inf))
     return (
-        table_10_readings.disturbance(data, first, PAPER_SETTLING),
+        table_10_readings.disturbance(data, _first(data.settling_time), PAPER_SETTLING),
         table_10_readings.gains(data, _rises, _settles),
     )
 
@@ -118,14 +117,12 @@ def deviation(data: xr.Dataset) -> xr.DataArray:
 
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge the table; see `run` for the data."""
-    # A law that never settles comes last.
-    times = data.settling_time.fillna(np.inf)
     return [
         _rises(data.rise_time.sel(law="ISMC")),
-        _settles(times.sel(law="ISMC")),
+        _settles(data.settling_time.sel(law="ISMC")),
         _smc(data.sel(law="SMC")),
         _affected(data),
-        _first(times),
+        _first(data.settling_time),
         _accurate(data),
         Claim(
             "Plant, disturbance, c, k and phi",
@@ -149,7 +146,7 @@ def _settles(times: xr.DataArray) -> Claim:
 
 def _ismc(times: xr.DataArray, what: str, paper: Quantity) -> Claim:
     of = times.fillna(np.inf)
-    plain = _seconds(of.sel(disturbance="none"), "without disturbance")
+    plain = quantity(of.sel(disturbance="none"), "s", "without disturbance", missing="never")
     under = quantity(
         {name: float(of.sel(disturbance=name)) for name in _disturbed(of)}, "s", missing="never"
     )
@@ -218,7 +215,8 @@ def _affected(data: xr.Dataset) -> Claim:
     )
 
 
-def _first(times: xr.DataArray) -> Claim:
+def _first(settling: xr.DataArray) -> Claim:
+    times = settling.fillna(np.inf)  # a law that never settles comes last
     disturbed = _disturbed(times)
     pairs = [
         quantity(
@@ -300,7 +298,3 @@ def _up(value: float) -> str:
     """A number rounded up to two digits."""
     digit = 10.0 ** (np.floor(np.log10(value)) - 1.0) if value > 0.0 else 1.0
     return f"{np.ceil(value / digit) * digit:.2g}"
-
-
-def _seconds(value: xr.DataArray, label: str) -> Quantity:
-    return quantity(value, "s", label, missing="never")

@@ -11,7 +11,7 @@ import xarray as xr
 from scara_drake import metrics
 from scara_drake.experiments.claim import Claim, Criterion, ordered
 from scara_drake.experiments.control.second_order import Disturbance, ismc_gains, respond
-from scara_drake.experiments.quantity import Quantity, quantity
+from scara_drake.experiments.quantity import Quantity, Value, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.recordings.labels import labelled
 
@@ -78,18 +78,23 @@ def disturbance(data: xr.Dataset, first: Claim, paper: Quantity) -> OpenQuestion
     for name in (ALL, *map(str, data.disturbance.values)):
         some = [n for n in data.disturbance.values if n != "none"] if name == ALL else [name]
         found = {
-            f"{law} {what}": quantity(values.sel(law=law, disturbance=some), "s", missing="never")
+            f"{law} {what}": _seconds(values.sel(law=law, disturbance=some))
             for law in data.law.values
             for what, values in (("rises", data.rise_time), ("settles", data.settling_time))
         }
         verdict = first.verdict
         if name != ALL:
-            pair = {
-                str(law): float(times.sel(law=law, disturbance=name)) for law in times.law.values
-            }
+            alone = times.sel(disturbance=name)
+            pair = {str(law): float(alone.sel(law=law)) for law in alone.law.values}
             verdict = Criterion("", ordered(quantity(pair, "s"))).verdict(paper)
         readings.append(Reading(name, MEANINGS[name], found, verdict, name == ALL))
     return OpenQuestion("Which external disturbance?", first.statement, tuple(readings))
+
+
+def _seconds(times: xr.DataArray) -> Value:
+    """Return times, and how many there are not."""
+    never, known = int(times.isnull().sum()), quantity(times, "s", missing="never")
+    return (known, f"never under {never}") if 0 < never < times.size else known
 
 
 def gains(data: xr.Dataset, rises: Judge, settles: Judge) -> OpenQuestion:
@@ -105,7 +110,7 @@ def gains(data: xr.Dataset, rises: Judge, settles: Judge) -> OpenQuestion:
         rise, settling = (data[f"pair_{n}_time"].sel(pair=pair) for n in ("rise", "settling"))
         up, into = rises(rise), settles(settling)
         plain = {"disturbance": "none"}
-        found = {
+        found: dict[str, Value] = {
             "rises, undisturbed": quantity(rise.sel(plain), "s", missing="never"),
             "settles, undisturbed": quantity(settling.sel(plain), "s", missing="never"),
             "sliding motion, ln 10 / c and ln 100 / c": quantity(

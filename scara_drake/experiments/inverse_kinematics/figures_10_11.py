@@ -14,7 +14,7 @@ from scara_drake.experiments.claim import (
     at_most,
 )
 from scara_drake.experiments.inverse_kinematics.paths import METHODS, follow
-from scara_drake.experiments.quantity import quantity
+from scara_drake.experiments.quantity import Value, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.ik.result import ROTATION_TOLERANCE
 
@@ -70,7 +70,7 @@ def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
         within = 100 * float((error <= ROTATION_TOLERANCE).mean())
         # As if this solver were the IJ of the paper.
         position = _position(top.where(top.solver != "IJ", top.sel(solver=solver)))
-        found = {
+        found: dict[str, Value] = {
             "largest position error": quantity(top.sel(solver=solver), "mm"),
             "orientation error": quantity(error, "rad"),
             "orientation within 0.0175 rad": quantity(within, "% of the points"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 import numpy as np
@@ -29,21 +29,25 @@ FRAMES: Final = ("turning", "fixed")  # axes
 OURS: Final = "xyz, turning axes"  # Rx(roll) Ry(pitch) Rz(yaw)
 
 
-def orders() -> dict[str, Array]:
-    """Rotations (4, 3, 3) of Table 5 by each order: three axes in turn, which turn along or not."""
+def rotations(orders: Collection[str] | None = None) -> dict[str, Array]:
+    """Return the rotations (4, 3, 3) of Table 5 by the name of each order, all or some.
+
+    An order is three axes, about which the angles turn one after the other; they turn along, or
+    stay.
+    """
     made = {}
     for frame in FRAMES:
         for sequence in SEQUENCES:
             axes = sequence.upper() if frame == "turning" else sequence
             made[f"{sequence}, {frame} axes"] = Rotation.from_euler(axes, ORIENTATIONS).as_matrix()
-    return made
+    return {name: R for name, R in made.items() if orders is None or name in orders}
 
 
-def fit(rotations: Mapping[str, Array], seed: int, starts: int) -> xr.Dataset:
+def fit(tried: Mapping[str, Array], seed: int, starts: int) -> xr.Dataset:
     """Solve Table 5 with each of the rotations.
 
     Args:
-        rotations: (4, 3, 3), by the name of the order.
+        tried: rotations (4, 3, 3), by the name of the order.
         seed: of the random starts.
         starts: of the search without joint ranges, for each posture.
 
@@ -51,10 +55,10 @@ def fit(rotations: Mapping[str, Array], seed: int, starts: int) -> xr.Dataset:
         Dataset over (order, posture): errors of the arm with its mast inside Table 2, and of the
         arm alone without joint ranges.
     """
-    shape = (len(rotations), len(NUMBERS))
+    shape = (len(tried), len(NUMBERS))
     full, free = np.empty((*shape, 2)), np.empty((*shape, 2))
     X_WE = targets()
-    for i, R in enumerate(rotations.values()):
+    for i, R in enumerate(tried.values()):
         X_WE[:, :3, :3] = R
         for k, X in enumerate(X_WE):
             best = ik.solve(X, "robust", "full", q_seed=home(), seed=seed)
@@ -72,5 +76,5 @@ def fit(rotations: Mapping[str, Array], seed: int, starts: int) -> xr.Dataset:
                 dims, free[..., 1], "rad", "arm alone, without joint ranges"
             ),
         },
-        coords={"order": list(rotations), "posture": list(NUMBERS)},
+        coords={"order": list(tried), "posture": list(NUMBERS)},
     )

@@ -8,7 +8,7 @@ given, not times: a seed gives the same bits on every machine.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any, Final, NamedTuple
 
@@ -124,19 +124,30 @@ def candidate(
     return Candidate(law, place, found, float((found @ only).min()), 1.0)
 
 
-def first_generation(seed: int, each: int, size: Size) -> tuple[list[Candidate], list[Candidate]]:
-    """Run candidates drawn evenly from RANGES, so many for each of LAWS.
+def first_generation(
+    seed: int, each: int, size: Size, laws: Sequence[Law] = LAWS, stops: bool = False
+) -> tuple[list[Candidate], list[Candidate]]:
+    """Run candidates drawn evenly from RANGES.
+
+    Args:
+        seed: of draws and runs.
+        each: how many for each reading.
+        size: of their runs.
+        laws: the readings.
+        stops: whether all of them stop inside the tolerances.
 
     Returns:
         Those that are run to their end, and those that HOPELESS ends behind PSO, nothing met.
     """
     rng, everything = np.random.default_rng(seed), np.ones(len(STATEMENTS))
+    nothing = np.ones((len(COUNTS), len(STATEMENTS)))
     kept, ended = [], []
-    for law in LAWS:
+    for law in laws:
         for _ in range(each):
             place = rng.random(len(RANGES))
+            if stops:
+                place[list(RANGES).index("after")] = 0.0
             one = candidate(law, place, _seed(rng), size, HOPELESS, everything)
-            nothing = np.ones((len(COUNTS), len(STATEMENTS)))
             if one is None:
                 ended.append(Candidate(law, place, nothing, float(len(STATEMENTS)), 1.0))
             else:
@@ -151,6 +162,7 @@ def search(
     generations: int,
     size: Size,
     only: Iterable[str] = STATEMENTS,
+    laws: Sequence[Law] = LAWS,
 ) -> Iterator[list[Candidate]]:
     """Search on from some candidates; yield those of each generation that were run to their end.
 
@@ -163,6 +175,7 @@ def search(
         generations: at most so many.
         size: of the runs of a candidate.
         only: statements that make up the distance.
+        laws: readings that are searched.
     """
     rng, names = np.random.default_rng(seed), set(only)
     weights = np.array([float(name in names) for name in STATEMENTS])
@@ -171,7 +184,7 @@ def search(
         enough = float(np.quantile([one.distance for one in near], NEARER))
         parents = [one for one in near if one.distance <= enough]
         spread = np.sqrt(WIDER) * np.std([one.place for one in parents], axis=0) + 1e-3
-        proposals = [_proposal(parents, spread, rng) for _ in range(trials)]
+        proposals = [_proposal(parents, spread, rng, laws) for _ in range(trials)]
         tried = [candidate(law, u, _seed(rng), size, enough, weights) for law, u in proposals]
         found = [one for one in tried if one is not None and one.distance <= enough]
         if len(found) < FEWEST:
@@ -185,21 +198,28 @@ def _seed(rng: np.random.Generator) -> int:
 
 
 def _proposal(
-    parents: list[Candidate], spread: Array, rng: np.random.Generator
+    parents: list[Candidate], spread: Array, rng: np.random.Generator, laws: Sequence[Law]
 ) -> tuple[Law, Array]:
     shares = np.array([one.weight for one in parents])
-    parent = parents[rng.choice(len(parents), p=shares / shares.sum())]
-    law = parent.law
+    while True:
+        parent = parents[rng.choice(len(parents), p=shares / shares.sum())]
+        law = _flipped(parent.law, rng)
+        if law in laws:
+            break
+    while True:
+        place = parent.place + spread * rng.standard_normal(len(spread))
+        if ((place >= 0.0) & (place <= 1.0)).all():
+            return law, place
+
+
+def _flipped(law: Law, rng: np.random.Generator) -> Law:
     for name, value in law._asdict().items():
         others = [40, 48, 80] if name == "particles" else [False, True]
         if rng.random() < FLIP:
             others.remove(value)
             values: dict[str, Any] = {name: others[int(rng.integers(len(others)))]}
             law = law._replace(**values)
-    while True:
-        place = parent.place + spread * rng.standard_normal(len(spread))
-        if ((place >= 0.0) & (place <= 1.0)).all():
-            return law, place
+    return law
 
 
 def _weighted(near: list[Candidate], parents: list[Candidate], spread: Array) -> list[Candidate]:

@@ -24,8 +24,8 @@ class Found(NamedTuple):
         law: reading of the swarm.
         coefficients: of it, to DIGITS digits.
         counting: number of COUNTS under which it is nearest to all statements.
-        phase: of the search that ran it: "first" or "ended", "search", "posterior", or the name of the
-            statement that was searched for alone.
+        phase: of the search that ran it: "first" or "ended", "search", "posterior", the name of a
+            statement that was searched for alone, or "package", under the package's reading.
         distance: sum of its misfits under that count.
         weight: in the posterior, else 0.
         met: sets of statements met under one of the counts, none within another.

@@ -28,7 +28,7 @@ from scara_drake.experiments.inverse_kinematics.postures import (
     success,
     targets,
 )
-from scara_drake.experiments.quantity import quantity
+from scara_drake.experiments.quantity import Value, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.ik.result import ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
@@ -147,7 +147,7 @@ def _rows(data: xr.Dataset) -> OpenQuestion:
     for name, (meaning, errors) in _by_rows(data).items():
         full, arm = errors.sel(joints="full"), errors.sel(joints="arm")
         position = _position(full, ours, WHO["full"])
-        found = {
+        found: dict[str, Value] = {
             "E_p with the mast": quantity(1e3 * full.position_error.median("start"), "mm"),
             "E_o with the mast": quantity(full.rotation_error.median("start"), "rad"),
             "E_p of the arm alone": quantity(1e3 * arm.position_error.median("start"), "mm"),

@@ -19,16 +19,11 @@ from scara_drake.experiments.plots.drawing import (
     ranged,
 )
 from scara_drake.experiments.teleoperation import figures_20_27
+from scara_drake.experiments.teleoperation.delay_readings import DELAYS
 from scara_drake.plotting import COMMANDED, FIRST, FORCE, MEASURED, SECOND
 
 PLAIN: Final = "normalised"
 RAW: Final = "raw stick"
-# t_d = 0.2 sin t, "0-2 s", by the preset of the channel.
-DELAYS: Final = {
-    "paper": "0.2 sin t, cut at zero",
-    "paper_offset": "0.1 (1 + sin t)",
-    "paper_2s": "1 + sin t",
-}
 PAPER_MAST: Final = figures_20_27.PAPER_MAST.values[0]  # [mm]
 
 
@@ -138,13 +133,13 @@ def mast_error(data: xr.Dataset) -> Figure:
 
 def haptic(data: xr.Dataset) -> Figure:
     """Draw the force that the operator feels with and without delay, by reading (Figure 28)."""
-    figure, axes = panels(len(DELAYS) + 1, height=1.8)
+    figure, axes = panels(len(DELAYS) + 1, height=1.6)
     without = data.force_felt.sel(channel="none")
-    for color, ax, (name, law) in zip(COLORS[1:], axes, DELAYS.items(), strict=False):
+    for color, ax, (name, reading) in zip(COLORS[1:], axes, DELAYS.items(), strict=False):
         ax.plot(data.time, data.force_felt.sel(channel=name), color=FORCE, label="with delay")
         ax.plot(data.time, without, color=FIRST, linestyle=":", label="without delay")
-        axes[-1].plot(data.time, data.delay.sel(channel=name), color=color, label=law)
-        named(ax, "", "force felt [N]", f"delay: {law}")
+        axes[-1].plot(data.time, data.delay.sel(channel=name), color=color, label=reading.name)
+        named(ax, "", "force felt [N]", f"{reading.name}: {reading.meaning}")
     named(axes[-1], "time [s]", "delay [s]")
     touched = data.time[(data.force_felt.max("channel") > 0.0).values]
     if touched.size:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from scara_drake import metrics
 from scara_drake.experiments.claim import Claim, Criterion, Experiment, within
-from scara_drake.experiments.quantity import quantity
+from scara_drake.experiments.quantity import Value, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.experiments.teleoperation.delay_readings import DELAYS
 from scara_drake.recordings.labels import labelled
@@ -126,7 +126,7 @@ def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
     for name, reading in DELAYS.items():
         delay, lags = data.delay.sel(channel=name), late(data, name)
         claim = _range(data, name)
-        found = {
+        found: dict[str, Value] = {
             "delay each way": quantity(delay.round(6), "s"),
             "no delay": quantity(100 * float((delay == 0.0).mean()), "% of the time"),
             "touch and release felt later by": quantity(lags, "s", missing="not in time"),

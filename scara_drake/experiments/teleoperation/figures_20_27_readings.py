@@ -10,7 +10,7 @@ import xarray as xr
 
 from scara_drake import kinematics
 from scara_drake.experiments.claim import Claim, Criterion, at_most
-from scara_drake.experiments.quantity import Quantity, parts, quantity
+from scara_drake.experiments.quantity import Quantity, Value, parts, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.experiments.teleoperation.delay_readings import DELAYS
 from scara_drake.experiments.teleoperation.tool_error import PARTS, rms, tool_errors
@@ -59,7 +59,10 @@ def delay(errors: xr.DataArray, small: Claim, allowed: Quantity) -> OpenQuestion
         allowed: what is small.
     """
     own = next(one for one in parts(small.measured) if isinstance(one, Quantity))
-    found = {"by the channel": "none", "judged": quantity(own.values[0], "mm", "RMS")}
+    found: dict[str, Value] = {
+        "by the channel": "none",
+        "judged": quantity(own.values[0], "mm", "RMS"),
+    }
     meaning = "as the paper draws them, before it brings in a delay, and without the robot"
     readings = [Reading("no delay", meaning, found, small.verdict, chosen=True)]
     for name, reading in DELAYS.items():
