@@ -1,10 +1,11 @@
 """The experiments on the paper's inverse kinematics: their data, and how they judge it."""
 
-from dataclasses import replace
+from dataclasses import re
 from typing import Any
 
 import numpy as np
 import pytest
+import replace
 import test_constant_verdicts
 import xarray as xr
 from mutants import survivors
@@ -19,6 +20,7 @@ from scara_drake.experiments import (
     REPRODUCED,
     VERDICTS,
 )
+from scara_drake.experiments.claim import OURS
 from scara_drake.experiments.inverse_kinematics import (
     figures_8_9,
     figures_10_11,
