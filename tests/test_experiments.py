@@ -1,6 +1,7 @@
 """The experiments on the paper's inverse kinematics: their data, and how they judge it."""
 
-from dataclasses import re
+import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
