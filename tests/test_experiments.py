@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import replace
 import test_constant_verdicts
 import xarray as xr
 from mutants import survivors
