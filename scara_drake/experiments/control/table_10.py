@@ -186,7 +186,7 @@ def _smc(smc: xr.Dataset) -> Claim:
         PAPER_SMC,
         (light, plain),
         Criterion(
-            "both within 3 % without a disturbance (in kind: under one chosen for it); a share of ours",
+            "both within 3 % without a disturbance (in kind: under one we chose); a share of ours",
             within(plain, 0.03),
             within(light, 0.03),
         ),
