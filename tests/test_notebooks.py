@@ -79,6 +79,8 @@ def test_notebook_runs_without_a_word_on_stderr(name):
     notebook = executed(name)  # raises otherwise
     assert all(cell.execution_count is not None for cell in code(notebook))
     assert len(scenes(notebook)) == (name in SCENES)
+    for data in (o.get("data", {}) for cell in code(notebook) for o in cell.outputs):
+        assert "<Figure" not in data.get("text/plain", "") or "image/png" in data
 
 
 @each_notebook
