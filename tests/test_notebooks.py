@@ -79,6 +79,8 @@ def test_notebook_runs_without_a_word_on_stderr(name):
     notebook = executed(name)  # raises otherwise
     assert all(cell.execution_count is not None for cell in code(notebook))
     assert len(scenes(notebook)) == (name in SCENES)
+    for data in (o.get("data", {}) for cell in code(notebook) for o in cell.outputs):
+        assert "<Figure" not in data.get("text/plain", "") or "image/png" in data
 
 
 @each_notebook
@@ -166,15 +168,17 @@ def test_the_answer_is_true(name):
     client = run_notebooks.client_of(notebook)
     cells = list(enumerate(notebook.cells))
     changed = next(i for i, cell in cells if old in cell.source.splitlines())
-    check = nbformat.v4.new_code_cell
+    checks = [f"assert not ({ANSWERS[name]})", f"assert {ANSWERS[name]}"]
+    before, after = map(nbformat.v4.new_code_cell, checks)
+    notebook.cells += [before, after]
     with client.setup_kernel():
         for index, cell in cells:
             client.execute_cell(cell, index)
-        client.execute_cell(check(f"assert not ({ANSWERS[name]})"), len(cells))
+        client.execute_cell(before, len(cells))
         notebook.cells[changed].source = notebook.cells[changed].source.replace(old, new)
         for index, cell in cells[changed:]:
             client.execute_cell(cell, index)
-        client.execute_cell(check(f"assert {ANSWERS[name]}"), len(cells))
+        client.execute_cell(after, len(cells) + 1)
 
 
 @pytest.mark.parametrize("name", sorted(SCENES))
