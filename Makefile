@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: run test test-slow lint kernels lab svg clean
+.PHONY: run test test-slow lint kernels lab docs svg clean
 
 # Installed anew when what is to be installed has changed.
 $(VENV)/.installed: pyproject.toml constraints.txt
@@ -46,6 +46,11 @@ lint: $(VENV)/.installed
 
 lab: $(VENV)/.installed
 	$(BIN)/jupyter lab notebooks
+
+# The site, in build/site/index.html, with the notebooks as they ran.
+docs: $(VENV)/.installed kernels
+	$(BIN)/python docs/run_notebooks.py
+	$(BIN)/python docs/make_site.py
 
 # The block diagrams beside the scenarios, drawn from the Diagrams (needs Graphviz).
 svg: $(VENV)/.installed

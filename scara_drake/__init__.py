@@ -27,6 +27,7 @@ __all__ = [
     "save_trace",
     "simulate",
     "simulate_many",
+    "summary",
     "sweep",
     "to_table",
     "verdict",
@@ -48,6 +49,7 @@ _MODULES = {
     "save_trace": "operator.trace",
     "simulate": "simulation.run",
     "simulate_many": "simulation.many",
+    "summary": "display.cards",
     "sweep": "studies.sweep",
     "to_table": "recordings.table",
     "verdict": "metrics.judgement",
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from scara_drake import ik, kinematics, metrics, plotting
     from scara_drake.comparison import compare
     from scara_drake.diagram import make_diagram
+    from scara_drake.display.cards import summary
     from scara_drake.exports.formats import export
     from scara_drake.metrics.judgement import verdict
     from scara_drake.operator.trace import save_trace

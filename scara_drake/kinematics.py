@@ -219,7 +219,13 @@ def forward_kinematics(q: ArrayLike) -> Array:
 
 
 def jacobian(q: ArrayLike) -> Array:
-    """Jacobian J_WE (..., 6, 6) of configurations q (..., 6), equation (11).
+    r"""Jacobian J_WE (..., 6, 6) of configurations q (..., 6), equation (11).
+
+    The column of a revolute joint with the axis z through o, and of the mast:
+
+    .. math::
+
+        J_j = (z_j,\; z_j \times (p_E - o_j)), \quad J_1 = (0,\; e_z)
 
     Rows are the angular then the linear velocity of E in W, as in Drake's spatial velocity; column
     j is per unit rate of joint j (m/s for the mast, rad/s for the others).
@@ -234,7 +240,11 @@ def jacobian(q: ArrayLike) -> Array:
 
 
 def rotation_from_intrinsic_xyz(rpy: ArrayLike) -> Array:
-    """Rotation (..., 3, 3) = Rx(roll) Ry(pitch) Rz(yaw) of angles (..., 3) [rad].
+    r"""Rotation (..., 3, 3) = Rx(roll) Ry(pitch) Rz(yaw) of angles (..., 3) [rad].
+
+    .. math::
+
+        R = R_x(\text{roll})\, R_y(\text{pitch})\, R_z(\text{yaw})
 
     This is the paper's convention (its Table 5 fits no other). Drake's RollPitchYaw is
     Rz(yaw) Ry(pitch) Rx(roll).

@@ -133,6 +133,11 @@ class Scenario:
         """The fields that differ from their defaults, as YAML."""
         return f"Scenario {self.name}\n{changed_yaml(self)}".rstrip()
 
+    def _repr_html_(self) -> str:
+        from scara_drake.display.cards import of_scenario
+
+        return of_scenario(self)
+
     def check_together(self, name: str) -> None:
         """Check what concerns more than one part.
 

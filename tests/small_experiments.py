@@ -4,9 +4,12 @@ from functools import cache
 from typing import Any
 
 from scara_drake.experiments import EXPERIMENTS, Experiment
+from scara_drake.stability.robustness import VARIATIONS
 
 SMALL: dict[str, dict[str, Any]] = {
+    "table_5": {"orders": ("xyz, turning axes", "xzy, turning axes"), "order_starts": 8},
     "table_6": {"starts": 6},
+    "table_7": {"draws": 3, "paths": 2},
     "table_8": {"draws": 6},
     "figures_8_9": {"draws": 6},
     "table_9": {"paths": 3},
@@ -22,7 +25,9 @@ SMALL: dict[str, dict[str, Any]] = {
         "postures": 4,
         "every": 400,
         "duration": 1.2,
-        "variations": {"nominal": {}, "payload 25 kg": {"robot.payload_mass": 25.0}},
+        "variations": {
+            name: VARIATIONS[name] for name in ("nominal", "payload 25 kg", "lag 10 ms")
+        },
     },
     "couplings": {
         "couplings": ("direct", "TDPA"),

@@ -6,6 +6,7 @@ import pytest
 from mutants import survivors
 
 JUDGED = {  # the file, what runs the experiment there, what judges other data
+    "table_7": ("test_table_7", "experiment", "test_it_judges_what_it_is_given"),
     "table_10": ("test_table_10", "experiment", "test_it_judges_what_it_is_given"),
     "figures_16_17": ("test_figures_16_17", "experiment", "test_it_judges_what_it_is_given"),
     "figures_18_19": ("test_figures_18_19", "experiment", "test_it_judges_what_it_is_given"),
@@ -20,6 +21,10 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "couplings": (
         "test_couplings_experiment", "small", "test_a_run_that_throws_the_device_breaks_the_claims",
     ),
+    **{
+        name: ("test_stated_numbers", name, f"test_{name}_judges_what_it_is_given")
+        for name in ("table_1", "table_2", "table_3", "table_4", "table_11", "table_12")
+    },
 }  # fmt: skip
 # Held by tests of other forms, which are not run here.
 ELSEWHERE = {

@@ -56,10 +56,15 @@ class ConstantDelay(Delay):
 
 @dataclass
 class SineDelay(Delay):
-    """amplitude sin(frequency t + phase) + offset, and zero where that is negative.
+    r"""A sine of time, and zero where that is negative.
 
-    The default is the paper's 0.2 sin t. A delay of 0 to 2 s is amplitude 1, offset 1; a cosine has
-    the phase pi / 2.
+    .. math::
+
+        \tau(t) = \max(0,\; \text{offset}
+        + \text{amplitude} \cdot \sin(\text{frequency} \cdot t + \text{phase}))
+
+    The default is the paper's :math:`0.2 \sin t`. A delay of 0 to 2 s is amplitude 1, offset 1; a
+    cosine has the phase pi / 2.
 
     Attributes:
         amplitude: of the sine.

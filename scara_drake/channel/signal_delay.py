@@ -147,7 +147,7 @@ def check_signal(initial: ArrayLike, period: float) -> Array:
 
 
 class SignalDelay(Block):
-    """Delays a signal by a time that varies.
+    r"""Delays a signal by a time that varies.
 
     Ports:
         input signal_sent (n).
@@ -155,10 +155,12 @@ class SignalDelay(Block):
         output delay (1) [s].
 
     Update, at t = k period, with u(t) = signal_sent, straight lines between its samples, and
-    u(t) = initial before the first one::
+    u(t) = initial before the first one; the delay is tau, signal_received is y:
 
-        delay <- delay_at(t), never negative
-        signal_received <- u(t - delay)
+    .. math::
+
+        \tau &\leftarrow \max(0,\; \tau(t)) \\
+        y    &\leftarrow u(t - \tau)
 
     Initial: signal_received = initial, delay = that of t = 0. The ports change right after t, so a
     reader in the same loop sees the signal one tick later than the delay alone: zero delay costs

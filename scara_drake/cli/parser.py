@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from scara_drake.cli.device_arguments import add_devices
+from scara_drake.cli.reproduce_arguments import add_reproduce
 from scara_drake.cli.study_arguments import add_scenario, add_sweep, add_tune
 from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES
@@ -68,6 +69,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_compare,
         _add_report,
         _add_export,
+        add_reproduce,
     ):
         add(commands)
     return parser

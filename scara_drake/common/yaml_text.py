@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Hashable
+from functools import lru_cache
 from typing import Any, Final
 
 import yaml
@@ -25,6 +27,12 @@ def read_yaml(text: str, name: str) -> Any:
     Raises:
         ValueError: one line: no YAML, a key twice, a value that cannot be made, or too much.
     """
+    return copy.deepcopy(_read(text, name))
+
+
+@lru_cache(maxsize=64)
+def _read(text: str, name: str) -> Any:
+    # Most texts are read again and again, such as a scenario for each run of a study.
     if len(text) > MOST_CHARACTERS:
         raise ValueError(f"{name}: {len(text)} characters, allowed up to {MOST_CHARACTERS}")
     try:

@@ -1,15 +1,18 @@
-"""The largest gains that a sampled loop bears without chatter.
+r"""The largest gains that a sampled loop bears without chatter.
 
 A torque m_hat g per unit of sigma, held over a period T_s, changes sigma of a single joint by
 -T_s g m_hat / M of itself: beyond 2 it overshoots for ever. For the arm the same holds for the
 eigenvalues of T_s M(q)^-1 diag(m_hat g). When the effort flips from sample to sample the position
 flips with the velocity, by T_s / 2 of it, so sigma = e' + c e counts 1 + c T_s / 2 times. Over all
-postures of the robot that is simulated::
+postures of the robot that is simulated
 
-    T_s max_q lambda_max( M(q)^-1 diag(m_hat g (1 + c T_s / 2)) ) < 2
+.. math::
 
-where g is the slope of the law, rho / phi + k for integral sliding mode control. At 1 or less the
-loop is well damped, and bears one tick of delay.
+    T_s \, \max_q \lambda_{\max}
+    \left( M(q)^{-1} \operatorname{diag}(\hat m\,g\,(1 + c\,T_s / 2)) \right) < 2
+
+where g is the slope of the law, :math:`\rho / \phi + k` for integral sliding mode control. At 1 or
+less the loop is well damped, and bears one tick of delay.
 """
 
 from __future__ import annotations

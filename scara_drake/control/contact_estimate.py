@@ -1,12 +1,16 @@
-"""The contact force on the tool without a force sensor, from the perturbation observer.
+r"""The contact force on the tool without a force sensor, from the perturbation observer.
 
 The observer's Psi^ holds everything that moves a joint beside tau / m_hat: inertia, gravity,
 damping, and the environment. What the model of the nominal robot does not explain of it is taken
-for a force at the tool point (Kallu et al., 2019)::
+for a force at the tool point (Kallu et al., 2019)
 
-    tau^  = F(tau)
-    tau_c = M(q) (tau^ / m_hat + Psi^) + C(q, v^) v^ + G(q) + D v^ - tau^
-    f_W   = argmin |W^1/2 (J_vᵀ f - tau_c)|²,   W = diag(1 / m_hat)
+.. math::
+
+    \hat\tau &= F(\tau) \\
+    \tau_c   &= M(q)\,(\hat\tau / \hat m + \hat\Psi) + C(q, \hat v)\,\hat v + G(q)
+                + D\,\hat v - \hat\tau \\
+    f_W      &= \operatorname{argmin}_f\; (J_v^\top f - \tau_c)^\top W\,(J_v^\top f - \tau_c),
+                \quad W = \operatorname{diag}(1 / \hat m)
 
 F is the lag with which the observer sees a perturbation, Psi^ = F(Psi). With an effort of the same
 age tau^ / m_hat + Psi^ is F(v'), an acceleration that was; without, every change of the effort

@@ -1,10 +1,12 @@
-"""A reference governor: the references wait for drives that are at their limits.
+r"""A reference governor: the references wait for drives that are at their limits.
 
 The references that the controller follows are those of the source plus an offset (q_o, v_o), zero
 as long as every drive delivers what it is asked for. Of what a drive cannot deliver, the reference
-loses the acceleration, so that it moves as the drive is able to move the joint::
+loses the acceleration, so that it moves as the drive is able to move the joint
 
-    q_o'' = (tau_limited - tau) / m_hat + a_return
+.. math::
+
+    \ddot q_o = (\tau_{\text{limited}} - \tau) / \hat m + a_{\text{return}}
 
 (conditioning after Hanus, model recovery after Teel). The controller then sees no growing error,
 hence winds nothing up. a_return brings the offset back to zero, with bounded speed and acceleration

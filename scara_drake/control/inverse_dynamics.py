@@ -1,12 +1,16 @@
-"""Inverse dynamics (computed torque) by Drake's own controller: the law that knows the robot.
+r"""Inverse dynamics (computed torque) by Drake's own controller: the law that knows the robot.
 
-With the nominal robot's mass matrix M, its bias C and its gravity G::
+With the nominal robot's mass matrix M, its bias C and its gravity G, and limited to the drives'
+effort,
 
-    a   = kp e + ki int e + kd e'
-    tau = M(q) a + C(q, v) v + G(q)       limited to the drives' effort
+.. math::
 
-Exact knowledge leaves e''' + kd e'' + kp e' + ki e = 0 driven by the reference alone, at every
-posture. It is the opposite of sliding mode control, which knows one inertia a joint.
+    a    &= k_p\,e + k_i \int e\,dt + k_d\,\dot e \\
+    \tau &= M(q)\,a + C(q, v)\,v + G(q)
+
+Exact knowledge leaves :math:`\dddot e + k_d \ddot e + k_p \dot e + k_i e = 0` driven by the
+reference alone, at every posture. It is the opposite of sliding mode control, which knows one
+inertia a joint.
 """
 
 from dataclasses import dataclass

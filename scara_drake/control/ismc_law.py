@@ -1,15 +1,18 @@
-"""The law of integral sliding mode control, equations (27) to (47) of the paper.
+r"""The law of integral sliding mode control, equations (27) to (47) of the paper.
 
-With e = q_d - q the law is::
+With :math:`e = q_d - q` the law is
 
-    sigma = e' + c e                    (28)
-    s     = sigma - z                   (27)
-    z'    = -u2,  u2 = k sigma          (33)
-    u1    = rho sat(s / phi)            (37), boundary layer phi
-    tau   = m_hat (u1 + u2)             limited to the drive's effort
+.. math::
 
-Equation (30) makes u an acceleration, so u is multiplied by a constant nominal inertia m_hat per
-joint: one number, no model of the dynamics. ``z(0) = sigma(0)`` starts the motion on the sliding
+    \sigma  &= \dot e + c\,e                            \quad (28) \\
+    s       &= \sigma - z                               \quad (27) \\
+    \dot z  &= -u_2, \quad u_2 = k\,\sigma              \quad (33) \\
+    u_1     &= \rho \operatorname{sat}(s / \phi)        \quad (37) \\
+    \tau    &= \hat m\,(u_1 + u_2)
+
+with the boundary layer :math:`\phi`, and :math:`\tau` limited to the drive's effort. Equation (30)
+makes u an acceleration, so u is multiplied by a constant nominal inertia :math:`\hat m` per joint:
+one number, no model of the dynamics. :math:`z(0) = \sigma(0)` starts the motion on the sliding
 surface, without a reaching phase (46).
 """
 

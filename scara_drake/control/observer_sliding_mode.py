@@ -1,17 +1,21 @@
-"""Integral sliding mode control with a sliding perturbation observer (SMCSPO).
+r"""Integral sliding mode control with a sliding perturbation observer (SMCSPO).
 
 With the estimates of `perturbation_observer` in place of the state, e^ = q_d - x1^ and
-e^' = v_d - x2^::
+e^' = v_d - x2^, and limited to the drive's effort,
 
-    sigma^ = e^' + c e^
-    s^     = sigma^ - z,  z' = -k sigma^
-    u      = c e^' + k sigma^ + rho sat(s^ / phi) - Psi^
-    tau    = m_hat u                  limited to the drive's effort
+.. math::
 
-With exact estimates sigma' = q_d'' - k sigma - rho sat(s / phi), whatever the load: rho has to
-cover the error of the estimate, and the reference's acceleration unless that is fed forward, but
-not the perturbation. Positions are measured, velocities are not. The paper names this observer as
-future work; it is that of Moura, Elmali and Olgac (1997).
+    \hat\sigma &= \dot{\hat e} + c\,\hat e \\
+    \hat s     &= \hat\sigma - z, \quad \dot z = -k\,\hat\sigma \\
+    u          &= c\,\dot{\hat e} + k\,\hat\sigma + \rho \operatorname{sat}(\hat s / \phi)
+                  - \hat\Psi \\
+    \tau       &= \hat m\,u
+
+With exact estimates :math:`\dot\sigma = \ddot q_d - k \sigma - \rho \operatorname{sat}(s / \phi)`,
+whatever the load: :math:`\rho` has to cover the error of the estimate, and the reference's
+acceleration unless that is fed forward, but not the perturbation. Positions are measured,
+velocities are not. The paper names this observer as future work; it is that of Moura, Elmali and
+Olgac (1997).
 """
 
 from dataclasses import dataclass

@@ -1,24 +1,29 @@
-"""Sliding perturbation observer of joints whose positions alone are measured.
+r"""Sliding perturbation observer of joints whose positions alone are measured.
 
 The plant of a joint is x1' = x2, x2' = u + Psi with u = tau / m_hat: what the nominal inertia does
 not explain is the perturbation Psi [m/s², rad/s²]. With the error x~1 = x1 - x1^ the observer of
-Moura, Elmali and Olgac (1997) is, after its third state is replaced by the estimate of Psi::
+Moura, Elmali and Olgac (1997) is, after its third state is replaced by the estimate of Psi,
 
-    x1^'  = x2^ + k1 sat(x~1 / eps)
-    x2^'  = u + Psi^ + k2 sat(x~1 / eps)
-    Psi^' = a3² k2 sat(x~1 / eps)
+.. math::
 
-Within the layer eps its error obeys l³ + (k1/eps) l² + (k2/eps) l + a3² k2/eps = 0. A triple pole
-at -p asks for k1 = 3 p eps, k2 = p k1, a3 = sqrt(p / 3): there it is a linear extended state
-observer of bandwidth p. Outside the layer the correction is bounded: a wild sample moves the
+    \dot{\hat x}_1  &= \hat x_2 + k_1 \operatorname{sat}(\tilde x_1 / \varepsilon) \\
+    \dot{\hat x}_2  &= u + \hat\Psi + k_2 \operatorname{sat}(\tilde x_1 / \varepsilon) \\
+    \dot{\hat\Psi}  &= a_3^2\,k_2 \operatorname{sat}(\tilde x_1 / \varepsilon)
+
+Within the layer :math:`\varepsilon` its error obeys :math:`\lambda^3 + (k_1 / \varepsilon)\lambda^2
++ (k_2 / \varepsilon)\lambda + a_3^2 k_2 / \varepsilon = 0`. A triple pole at -p asks for :math:`k_1
+= 3 p \varepsilon`, :math:`k_2 = p\,k_1`, :math:`a_3 = \sqrt{p / 3}`: there it is a linear extended
+state observer of bandwidth p. Outside the layer the correction is bounded: a wild sample moves the
 estimates no further than an error of eps does.
 
 Here it is sampled. The effort is held between samples, so the step from one to the next is the
 exact zero-order-hold solution of the plant, for a constant Psi. Each measured position then
 corrects it with the gains that put the poles of the sampled error at exp(-p T_s), those of the
-continuous observer (Miklosovic, Radke and Gao, 2006)::
+continuous observer (Miklosovic, Radke and Gao, 2006), with :math:`b = e^{-p T_s}`
 
-    with b = exp(-p T_s): 1 - b³,  3/2 (1 - b)² (1 + b) / T_s,  (1 - b)³ / T_s²
+.. math::
+
+    1 - b^3, \quad \frac{3}{2} (1 - b)^2 (1 + b) / T_s, \quad (1 - b)^3 / T_s^2
 
 So it is stable at every period, and of a constant perturbation it has no error in the end. A
 perturbation that grows by r per second is seen 3 r / p late. The noise of Psi^ grows with p³.

@@ -1,15 +1,19 @@
-"""PID control of all joints at once.
+r"""PID control of all joints at once.
 
-With e = q_d - q::
+With :math:`e = q_d - q`, and limited to the drive's effort,
 
-    a   = kp e + ki int e + kd e'
-    tau = m_hat a          limited to the drive's effort
+.. math::
 
-Integral sliding mode control is this law as long as its s stays inside the boundary layer::
+    a    &= k_p\,e + k_i \int e\,dt + k_d\,\dot e \\
+    \tau &= \hat m\,a
 
-    kd = k + rho / phi
-    kp = kd c + k rho / phi
-    ki = k c rho / phi
+Integral sliding mode control is this law as long as its s stays inside the boundary layer:
+
+.. math::
+
+    k_d &= k + \rho / \phi \\
+    k_p &= k_d\,c + k \rho / \phi \\
+    k_i &= k\,c\,\rho / \phi
 
 so a PID with these gains is what that law has to be measured against.
 """

@@ -1,12 +1,16 @@
-"""Conventional sliding mode control, with which the paper compares its law (Table 10).
+r"""Conventional sliding mode control, with which the paper compares its law (Table 10).
 
-With e = q_d - q and sigma = e' + c e::
+With :math:`e = q_d - q`
 
-    u   = rho sat(sigma / phi)
-    tau = m_hat u          limited to the drive's effort
+.. math::
 
-Inside the boundary layer that is a PD law: a constant perturbation d [m/s², rad/s²] leaves the
-steady error phi d / (rho c), for there is no integral. Outside it sigma has to be reached first.
+    \sigma &= \dot e + c\,e \\
+    u      &= \rho \operatorname{sat}(\sigma / \phi) \\
+    \tau   &= \hat m\,u
+
+limited to the drive's effort. Inside the boundary layer that is a PD law: a constant perturbation d
+[m/s², rad/s²] leaves the steady error :math:`\phi d / (\rho c)`, for there is no integral. Outside
+it :math:`\sigma` has to be reached first.
 """
 
 from dataclasses import dataclass

@@ -1,18 +1,22 @@
-"""P+d: a spring to where the other end was, and a damper to the ground, at both ends.
+r"""P+d: a spring to where the other end was, and a damper to the ground, at both ends.
 
-Nuno, Basanez and Ortega (Automatica 47, 2011, 485)::
+Nuno, Basanez and Ortega (Automatica 47, 2011, 485):
 
-    f_m = K_l (x_m - x_s(t - T_r)) + B_l v_m,   f_s = K_r (x_m(t - T_l) - x_s) - B_r v_s
+.. math::
 
-is stable for any passive hand and wall if ``4 B_l B_r > (T_l + T_r)² K_l K_r``, with the longest
-delays of the links, at any rate of their change. It needs no model and no energy, and is sluggish:
-the dampers act in free motion too.
+    f_m &= K_l\,(x_m - x_s(t - T_r)) + B_l\,v_m \\
+    f_s &= K_r\,(x_m(t - T_l) - x_s) - B_r\,v_s
+
+is stable for any passive hand and wall if :math:`4 B_l B_r > (T_l + T_r)^2 K_l K_r`, with the
+longest delays of the links, at any rate of their change. It needs no model and no energy, and is
+sluggish: the dampers act in free motion too.
 
 The condition is what the proof in that paper leaves: its Lyapunov functional falls if there are
-a, c > 0 with 2 B_l / K_l > a + T_l² / c and 2 B_r / K_r > c + T_r² / a. For a given c the first
-bounds a, and the smallest right side of the second is then (T_l + T_r)² K_l / (2 B_l), at
-c = (T_l² + T_l T_r) K_l / (2 B_l). With equal delays nothing is given away: two free masses M,
-M s² + B s + K (1 + e^(-s T)) = 0, have roots to the right just below the bound once M is large.
+a, c > 0 with :math:`2 B_l / K_l > a + T_l^2 / c` and :math:`2 B_r / K_r > c + T_r^2 / a`. For a
+given c the first bounds a, and the smallest right side of the second is then
+:math:`(T_l + T_r)^2 K_l / (2 B_l)`, at :math:`c = (T_l^2 + T_l T_r) K_l / (2 B_l)`. With equal
+delays nothing is given away: two free masses M, :math:`M s^2 + B s + K (1 + e^{-s T}) = 0`, have
+roots to the right just below the bound once M is large.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,12 @@
-"""Model of a surface on one axis: fitted from what is felt, and rendered without a step of force.
+r"""Model of a surface on one axis: fitted from what is felt, and rendered without a step of force.
 
 Equation (52), f = K (x - x_e) + B v, is fitted by recursive least squares with forgetting (Xu et
-al., 2016)::
+al., 2016)
 
-    theta += P phi (f - phi' theta) / (lambda + phi' P phi),   phi = [x, v, 1]
+.. math::
+
+    \theta \leftarrow \theta + \frac{P \varphi\,(f - \varphi^\top \theta)}
+    {\lambda + \varphi^\top P \varphi}, \quad \varphi = (x, v, 1)
 """
 
 import math

@@ -1,9 +1,12 @@
-"""Time domain passivity: each end gives out no more energy than the other has told it came in.
+r"""Time domain passivity: each end gives out no more energy than the other has told it came in.
 
 Energy that came in never falls, so the newest packet is a safe lower bound of it whatever the
-channel delays, loses or reorders. At every tick, per axis, with a reserve E0::
+channel delays, loses or reorders. At every tick, per axis, with a reserve E0,
 
-    E_out(slave)(t)  <= E_in(master)(t - tau) + E0,   E_out(master)(t) <= E_in(slave)(t - tau) + E0
+.. math::
+
+    E_{\text{out, slave}}(t)  &\le E_{\text{in, master}}(t - \tau) + E_0 \\
+    E_{\text{out, master}}(t) &\le E_{\text{in, slave}}(t - \tau) + E_0
 
 This is for a hand that changes the device's velocity by no more than `turn`. A force that is
 commanded now acts from the next tick to the one after it, when the hand may have turned round; so
@@ -14,9 +17,11 @@ the master's force are scaled within [0, 1], with no division by a small power. 
 spent over `horizon` and not in one tick, so a limit comes on smoothly.
 
 The port at the slave is the velocity v_sd of the desired position and the force of a spring and a
-damper from there to the motion that the joints are truly asked for, `motion_limited`::
+damper from there to the motion that the joints are truly asked for, `motion_limited`,
 
-    f = K_c (x_sd - x) + B_c (v_sd - v),   M v' = f - f_env
+.. math::
+
+    f = K_c\,(x_{sd} - x) + B_c\,(v_{sd} - v), \quad M \dot v = f - f_{\text{env}}
 
 so that no limit of the robot is between the force and the velocity that are metered. With v_rx and
 x_rx as received, v_sd = v_rx + drift_gain (x_rx - x_sd) before the limit, which lets x_sd return to

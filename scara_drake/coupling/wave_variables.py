@@ -1,22 +1,27 @@
-"""Wave variables: force and velocity sent as waves, which any constant delay leaves passive.
+r"""Wave variables: force and velocity sent as waves, which any constant delay leaves passive.
 
-Niemeyer and Slotine (1991), with the wave impedance b::
+Niemeyer and Slotine (1991), with the wave impedance b:
 
-    u_m = (b v_m + f_m) / sqrt(2 b),  f_m = b v_m - sqrt(2 b) w_m
-    u_s = (b v_s + f_s) / sqrt(2 b),  w_s = u_s - sqrt(2 / b) f_s
+.. math::
 
-Power f v is u² / 2 - w² / 2. Each end sends, beside its wave, the sum of its energy, and plays what
-it receives with no more energy than has arrived. Where the delay grows at the rate tau' that is the
-gain sqrt(1 - tau') of Lozano, Chopra and Spong (2002), found without knowing the delay; it also
-covers loss and reordering. What is left over, where packets were skipped, pays for a position term
-that takes away the drift.
+    u_m &= \frac{b\,v_m + f_m}{\sqrt{2 b}}, \quad f_m = b\,v_m - \sqrt{2 b}\,w_m \\
+    u_s &= \frac{b\,v_s + f_s}{\sqrt{2 b}}, \quad w_s = u_s - \sqrt{2 / b}\,f_s
+
+Power is :math:`f v = u^2 / 2 - w^2 / 2`. Each end sends, beside its wave, the sum of its energy,
+and plays what it receives with no more energy than has arrived. Where the delay grows at the rate
+:math:`\dot\tau` that is the gain :math:`\sqrt{1 - \dot\tau}` of Lozano, Chopra and Spong (2002),
+found without knowing the delay; it also covers loss and reordering. What is left over, where
+packets were skipped, pays for a position term that takes away the drift.
 
 The wave to the slave is made of the way that the device has made and the force that it had over it,
 both of the tick that is over, so it carries the true work of the hand. What a force can give out
 before it is replaced is limited as in `tdpa`, for a hand that changes the device's velocity by no
-more than `turn`. With a reserve E0, without which no force could begin, at every tick::
+more than `turn`. With a reserve E0, without which no force could begin, at every tick
 
-    E_in(master) + E_in(slave) + E0 >= E_out(master) + E_out(slave)
+.. math::
+
+    E_{\text{in, master}} + E_{\text{in, slave}} + E_0
+    \ge E_{\text{out, master}} + E_{\text{out, slave}}
 
 The force at the slave is that of a spring and a damper from the desired position to the motion that
 the joints are truly asked for, as in `tdpa`.

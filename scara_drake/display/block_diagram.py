@@ -83,9 +83,17 @@ def render_svg(diagram: Diagram) -> str:
     Raises:
         ValueError: the program `dot` of Graphviz is not installed.
     """
+    return drawn(dot_source(diagram))
+
+
+def drawn(source: str) -> str:
+    """Draw a Graphviz text as SVG, the text inside as a comment.
+
+    Raises:
+        ValueError: the program `dot` of Graphviz is not installed.
+    """
     if shutil.which("dot") is None:
         raise ValueError("dot: not found, allowed a machine with Graphviz installed")
-    source = dot_source(diagram)
     drawing = subprocess.run(
         ["dot", "-Tsvg"], input=source, capture_output=True, text=True, check=True
     ).stdout

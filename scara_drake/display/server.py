@@ -8,6 +8,7 @@ and at an address that a page of another origin, open in a browser here, cannot 
 from __future__ import annotations
 
 import ipaddress
+import logging
 import secrets
 import sys
 
@@ -35,11 +36,16 @@ def start_meshcat(host: str = "", port: int | None = None) -> Meshcat:
     if port is not None:
         checks.number("port", port, LOWEST_PORT, HIGHEST_PORT)
         params.port = port
+    log = logging.getLogger("drake")
+    level = log.level
+    log.setLevel(logging.WARNING)  # who starts it tells the address, in words of his own
     try:
         return Meshcat(params)
     except RuntimeError:
         where = f"host: '{params.host}', port: {port or 'any from 7000 on'}"
         raise ValueError(f"{where}, allowed an address of this machine and a free port") from None
+    finally:
+        log.setLevel(level)
 
 
 def own_address() -> str:

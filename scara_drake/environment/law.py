@@ -1,14 +1,19 @@
-"""The laws by which a surface pushes back, as kernels.
+r"""The laws by which a surface pushes back, as kernels.
 
 A surface is a signed distance with its gradient, which is the normal n out of it. With the depth d
-below it and its rate d' = n . (v_surface - v_tool), it pushes the tool along n with the impedance
-of equation (52) of the paper, made unilateral::
+below it and its rate :math:`\dot d = n \cdot (v_{\text{surface}} - v_{\text{tool}})`, it pushes the
+tool along n with the impedance of equation (52) of the paper, made unilateral,
 
-    f = max(0, K d + b(d) B d'),   b(d) = min(d / blend, 1),   where d > 0;   else f = 0
+.. math::
 
-or with the law of Hunt and Crossley (1975), whose damping grows with the depth by itself::
+    f = \max(0,\; K d + b(d)\,B \dot d), \quad b(d) = \min(d / \text{blend},\, 1)
+    \quad \text{where } d > 0, \text{ else } f = 0
 
-    f = K dⁿ max(0, 1 + 3/2 alpha d')
+or with the law of Hunt and Crossley (1975), whose damping grows with the depth by itself:
+
+.. math::
+
+    f = K d^n \max(0,\; 1 + \tfrac{3}{2}\,\alpha\,\dot d)
 
 The raw equation (52) steps by B d' at touch and pulls the tool back on a fast retreat. The blend b
 lets the damping grow over the first millimetre, so the force starts at zero; the clamp never pulls.

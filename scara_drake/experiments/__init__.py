@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from scara_drake.experiments import stated_numbers
 from scara_drake.experiments.claim import (
     IN_KIND,
     NOT_COMPARABLE,
@@ -32,14 +33,20 @@ from scara_drake.experiments.inverse_kinematics import (
     orientation_drift,
     table_5,
     table_6,
+    table_7,
     table_8,
     table_9,
 )
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
+    "table_1": stated_numbers.table_1,
+    "table_2": stated_numbers.table_2,
+    "table_3": stated_numbers.table_3,
+    "table_4": stated_numbers.table_4,
     "table_5": table_5.run,
     "table_6": table_6.run,
+    "table_7": table_7.run,
     "table_8": table_8.run,
     "figures_8_9": figures_8_9.run,
     "table_9": table_9.run,
@@ -47,6 +54,8 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "figures_12_15": figures_12_15.run,
     "orientation_drift": orientation_drift.run,
     "table_10": table_10.run,
+    "table_11": stated_numbers.table_11,
+    "table_12": stated_numbers.table_12,
     "equivalent_control": equivalent_control.run,
     "figures_16_17": figures_16_17.run,
     "figures_18_19": figures_18_19.run,

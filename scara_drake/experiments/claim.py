@@ -199,6 +199,11 @@ class Claim:
         """One of VERDICTS, by the criterion."""
         return self.criterion.verdict(self.paper) if self.criterion else NOT_COMPARABLE
 
+    def _repr_html_(self) -> str:
+        from scara_drake.experiments.cards import of_claim
+
+        return of_claim(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
@@ -216,3 +221,8 @@ class Experiment:
     data: xr.Dataset
     claims: list[Claim]
     questions: tuple[OpenQuestion, ...] = ()
+
+    def _repr_html_(self) -> str:
+        from scara_drake.experiments.cards import of_experiment
+
+        return of_experiment(self)

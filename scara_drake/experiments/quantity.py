@@ -22,6 +22,7 @@ class Quantity:
         names: of the values, joints or solvers, each written with its name; empty where they are
             one number or a range.
         missing: what is written for a value that is not finite.
+        clock: whether it was measured by the clock, so that it differs from run to run.
     """
 
     values: tuple[float, ...]
@@ -30,6 +31,7 @@ class Quantity:
     bound: str = ""
     names: tuple[str, ...] = ()
     missing: str = "none"
+    clock: bool = False
 
     def __post_init__(self) -> None:
         """Check the names.
@@ -80,13 +82,15 @@ def quantity(
     label: str = "",
     bound: str = "",
     missing: str = "none",
+    clock: bool = False,
 ) -> Quantity:
     """Return a quantity of a number, of an array of them, or of numbers by name."""
     named = isinstance(values, Mapping)
     numbers = np.asarray(list(values.values()) if named else values, dtype=np.float64).ravel()
     # One object for what is not a number, so that equal quantities compare equal.
     kept = tuple(math.nan if math.isnan(one) else float(one) for one in numbers)
-    return Quantity(kept, unit, label, bound, tuple(map(str, values)) if named else (), missing)
+    names = tuple(map(str, values)) if named else ()
+    return Quantity(kept, unit, label, bound, names, missing, clock)
 
 
 def number(value: float) -> str:
@@ -103,6 +107,18 @@ def parts(value: Value | None) -> tuple[str | Quantity, ...]:
     return value if isinstance(value, tuple) else (value,)
 
 
-def text(value: Value | None, missing: str = "not given") -> str:
-    """Return a value as a text, and `missing` for None."""
-    return missing if value is None else "; ".join(str(one) for one in parts(value))
+def text(value: Value | None, missing: str = "not given", clock: bool = True) -> str:
+    """Return a value as a text, and `missing` for None.
+
+    Args:
+        value: words, quantities, or both.
+        missing: what stands for None.
+        clock: writes what was measured by the clock, too, which differs from run to run.
+    """
+    if value is None:
+        return missing
+    hidden = "by the clock, which differs from run to run"
+    return "; ".join(
+        hidden if isinstance(one, Quantity) and one.clock and not clock else str(one)
+        for one in parts(value)
+    )

@@ -57,3 +57,8 @@ class OpenQuestion:
                 raise ValueError(
                     f"consequences of {reading.name}: {got}, allowed {', '.join(columns)}"
                 )
+
+    def _repr_html_(self) -> str:
+        from scara_drake.experiments.cards import of_question
+
+        return of_question(self)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import pandas as pd
@@ -21,6 +21,7 @@ from scara_drake.experiments.claim import (
     Experiment,
 )
 from scara_drake.experiments.quantity import text
+from scara_drake.experiments.reading import OpenQuestion, Reading
 
 # What a verdict is called where the criterion is our own.
 OWN_WORDS: Final = {REPRODUCED: "met", IN_KIND: "met in kind", NOT_REPRODUCED: "not met"}
@@ -30,6 +31,9 @@ COLOURS: Final = {
     NOT_REPRODUCED: "red",
     NOT_COMPARABLE: "dim",
 }
+# Marks of a reading: the one that the claims are judged by, and one without a verdict.
+CHOSEN: Final = "(ours)"
+NOT_JUDGED: Final = "not judged"
 COLUMNS: Final = ("statement", "paper", "measured", "verdict", "reason")
 
 
@@ -74,7 +78,7 @@ def claims_table(*experiments: Experiment) -> Styler:
     """Return `table` for a notebook, with the verdicts in their colours."""
     claims = table(*experiments)
     shades = dict(zip(VERDICTS, look.VERDICTS, strict=True))
-    colours = claims.verdict.map(lambda verdict: f"background-color: {shades[verdict]}")
+    colours = claims.verdict.map(lambda word: f"color: black; background-color: {shades[word]}")
     return wrapped(claims.style.hide(axis="index")).apply(lambda _: colours, subset=["verdict"])
 
 
@@ -96,12 +100,8 @@ def markdown(*experiments: Experiment) -> str:
     """Return the claims as Markdown, a table for each experiment."""
     lines = []
     for experiment in experiments:
-        lines += [f"## {experiment.name}", "", f"| {' | '.join(COLUMNS)} |"]
-        lines += ["|" + "---|" * len(COLUMNS)]
-        for claim in experiment.claims:
-            cells = [cell.replace("|", "\\|") for cell in row(claim)]
-            lines.append(f"| {' | '.join(cells)} |")
-        lines.append("")
+        rows = [row(claim) for claim in experiment.claims]
+        lines += [f"## {experiment.name}", "", markdown_table(COLUMNS, rows)]
     return "\n".join(lines)
 
 
@@ -116,7 +116,72 @@ def terminal(*experiments: Experiment) -> list[Table]:
     return tables
 
 
-def row(claim: Claim) -> tuple[str, ...]:
-    """Return the cells of a claim, see COLUMNS."""
-    measured = text(claim.measured)
+def reading_columns(question: OpenQuestion) -> list[str]:
+    """Return the heads of the table of a question: reading, what it does, consequences, verdict."""
+    return ["reading", "meaning", *question.readings[0].consequences, "verdict"]
+
+
+def reading_row(reading: Reading, clock: bool = True) -> list[str]:
+    """Return the cells of a reading, see `reading_columns`; ours is marked; `clock` as in `row`."""
+    name = f"{reading.name} {CHOSEN}" if reading.chosen else reading.name
+    values = [text(value, clock=clock) for value in reading.consequences.values()]
+    return [name, reading.meaning, *values, reading.verdict or NOT_JUDGED]
+
+
+def reading_caption(question: OpenQuestion) -> str:
+    """Return a question, and the statement whose verdict hangs on it."""
+    return f"{question.question} Judged: {question.claim}."
+
+
+def reading_table(question: OpenQuestion) -> pd.DataFrame:
+    """Return a question as a table of `reading_columns`, one row a reading."""
+    rows = [reading_row(reading) for reading in question.readings]
+    return pd.DataFrame(rows, columns=reading_columns(question))
+
+
+def reading_styler(question: OpenQuestion) -> Styler:
+    """Return `reading_table` for a notebook, with the verdicts in their colours."""
+    table = reading_table(question)
+    shades = dict(zip(VERDICTS, look.VERDICTS, strict=True))
+    colours = table.verdict.map(
+        lambda verdict: f"background-color: {shades[verdict]}" if verdict in shades else ""
+    )
+    styled = wrapped(table.style.hide(axis="index")).apply(lambda _: colours, subset=["verdict"])
+    return styled.set_caption(reading_caption(question))
+
+
+def reading_markdown(question: OpenQuestion, clock: bool = True) -> str:
+    """Return a question as a table of Markdown, below its caption; `clock` as in `row`."""
+    rows = [reading_row(reading, clock) for reading in question.readings]
+    table = markdown_table(reading_columns(question), rows)
+    return f"{reading_caption(question)}\n\n{table}"
+
+
+def reading_terminal(question: OpenQuestion) -> Table:
+    """Return a question as a table for a `rich` console."""
+    made = Table(*reading_columns(question), title=reading_caption(question), title_justify="left")
+    for reading in question.readings:
+        made.add_row(*reading_row(reading), style=COLOURS.get(reading.verdict, ""))
+    return made
+
+
+def markdown_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of texts as Markdown."""
+    lines = [_cells(columns), "|" + "---|" * len(columns), *map(_cells, rows)]
+    return "\n".join([*lines, ""])
+
+
+def _cells(texts: Iterable[str]) -> str:
+    escaped = [cell.replace("|", "\\|") for cell in texts]
+    return f"| {' | '.join(escaped)} |"
+
+
+def row(claim: Claim, clock: bool = True) -> tuple[str, ...]:
+    """Return the cells of a claim, see COLUMNS.
+
+    Args:
+        claim: any.
+        clock: writes what was measured by the clock, too, which differs from run to run.
+    """
+    measured = text(claim.measured, clock=clock)
     return (claim.statement, paper(claim), measured, claim.verdict, explanation(claim))

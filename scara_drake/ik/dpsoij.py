@@ -66,7 +66,13 @@ def _follow_literally(problems: Sequence[Problem], options: DpsoijOptions) -> Pa
 
 @njit(cache=True)
 def pseudo_inverse_kernel(q: Array, p_desired: Array, first_joint: int, iterations: int) -> int:
-    """Iterate q (6,) <- q + J⁺ (p_d - p), (1) with the J of (26), in place; return the count.
+    r"""Iterate the pseudo-inverse of the position rows from q (6,), in place; return the count.
+
+    Equation (1), with the Jacobian of (26) and the right inverse of (8):
+
+    .. math::
+
+        q \leftarrow q + J^\top (J J^\top)^{-1}\,(p_d - p)
 
     It ends within the tolerance of 5 mm; a joint that would leave its range stops there.
     """

@@ -114,6 +114,11 @@ class IkResult:
     found_by: str = ""
     seconds: float = 0.0
 
+    def _repr_html_(self) -> str:
+        from scara_drake.ik.cards import of_result
+
+        return of_result(self)
+
 
 @dataclass(frozen=True, eq=False)
 class IkPath:
@@ -136,3 +141,8 @@ class IkPath:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def _repr_html_(self) -> str:
+        from scara_drake.ik.cards import of_path
+
+        return of_path(self)

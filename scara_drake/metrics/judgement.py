@@ -57,6 +57,11 @@ class Verdict:
     def __str__(self) -> str:
         return "; ".join(self.failures) or "arm followed"
 
+    def _repr_html_(self) -> str:
+        from scara_drake.display.cards import of_verdict
+
+        return of_verdict(self)
+
 
 def verdict(recording: xr.Dataset) -> Verdict:
     """Judge a recording: a pure function of its variables."""

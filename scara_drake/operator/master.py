@@ -1,9 +1,12 @@
-"""A simulated kinesthetic master: a device that can be pushed, and the hand that holds it.
+r"""A simulated kinesthetic master: a device that can be pushed, and the hand that holds it.
 
 Each axis of the device is a mass with viscous friction; the hand is a spring and a damper towards
-its target, a voluntary motion::
+its target, a voluntary motion,
 
-    m x'' + b x' = f_hand - f_device,   f_hand = K (x_t - x) + B (x_t' - x')
+.. math::
+
+    m \ddot x + b \dot x = f_{\text{hand}} - f_{\text{device}}, \quad
+    f_{\text{hand}} = K\,(x_t - x) + B\,(\dot x_t - \dot x)
 
 with f_device the commanded force within the limit of the actuators. A period is integrated exactly
 for a force that is held and a target that moves at constant speed, so the device exchanges just

@@ -19,6 +19,7 @@ from pydrake.systems.framework import Diagram
 from scara_drake.common import checks
 from scara_drake.diagram import make_diagram
 from scara_drake.display.camera import show_whole
+from scara_drake.display.cell import scene_of_run
 from scara_drake.display.controls import OverviewButton, StopButton
 from scara_drake.engine.errors import LeftTheModelError, NotCompilableError
 from scara_drake.metrics.scores import score_attributes
@@ -86,7 +87,7 @@ def simulate(
     duration: float | None = None,
     q0: Sequence[float] | None = None,
     realtime_rate: float = 0.0,
-    meshcat: Meshcat | None = None,
+    meshcat: Meshcat | bool | None = None,
     progress: bool = False,
     engine: str = AUTO,
 ) -> xr.Dataset:
@@ -101,7 +102,8 @@ def simulate(
         duration: [s], in place of the scenario's.
         q0: posture (6,) at t = 0 [m, rad], in place of the scenario's.
         realtime_rate: 1.0 for real time, 0.0 for as fast as it goes.
-        meshcat: draws the run, with a Stop button.
+        meshcat: draws the run, with a Stop button; True opens a scene for it, in a notebook in the
+            cell, where it stays to be played again, elsewhere at an address that is printed.
         progress: shows a line with the simulated time and the real-time factor.
         engine: "compiled" runs the Diagram as one compiled function; "drake" by Drake's Simulator;
             "auto" compiles what can be, and takes Drake for the rest, for what meets a joint limit
@@ -118,7 +120,9 @@ def simulate(
         scenario.q0 = [float(q) for q in q0]
     samples = Samples()
     try:
-        run_into(samples, scenario, Live(realtime_rate, meshcat=meshcat), progress, engine=engine)
+        with scene_of_run(meshcat) as scene:
+            live = Live(realtime_rate, meshcat=scene)
+            run_into(samples, scenario, live, progress, engine=engine)
     except BaseException as error:
         with suppress(OSError):  # the disk may be full: then nothing is kept
             if samples.has_samples:

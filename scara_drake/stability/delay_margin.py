@@ -1,14 +1,16 @@
-"""The delay that the loop bears: by formula, by the sampled loop's spectral radius, by simulation.
+r"""The delay that the loop bears: by formula, by the sampled loop's spectral radius, by simulation.
 
 Inside the boundary layer the law is a PID with a = k + r, r = rho / phi, and the plant of one joint
-is b / l² with b = m_hat / M. The loop transfer function is then::
+is b / l² with b = m_hat / M. The loop transfer function is then
 
-    L(l) = b (l + c) (a l + k r) / l³
+.. math::
 
-|L| falls from infinity to 0, so it crosses 1 once, at w; the phase margin there is
-atan(w / c) + atan(a w / (k r)) - pi / 2, and a delay of phase margin / w brings the loop to its
-limit. A hold of T_s takes T_s / 2 of that. `sampled_loop` is exact instead, for one joint or for
-the arm, and `grows` runs the law itself.
+    L(\lambda) = b\,(\lambda + c)\,(a\,\lambda + k\,r) / \lambda^3
+
+Its magnitude falls from infinity to 0, so it crosses 1 once, at :math:`\omega`; the phase margin
+there is :math:`\arctan(\omega / c) + \arctan(a\,\omega / (k r)) - \pi / 2`, and a delay of phase
+margin :math:`/\, \omega` brings the loop to its limit. A hold of T_s takes T_s / 2 of that.
+`sampled_loop` is exact instead, for one joint or for the arm, and `grows` runs the law itself.
 """
 
 from __future__ import annotations
@@ -74,8 +76,7 @@ def delay_margin(
     """Delay that brings a joint's loop to its limit [s]: phase margin / w - period / 2.
 
     A negative one means that the sampled loop is unstable without any delay. Arguments as
-    `crossover`, and:
-        period: T_s of the hold [s]; 0 is continuous time.
+    `crossover`, and the `period` T_s of the hold [s], of which 0 is continuous time.
     """
     margin = phase_margin(c, k, rho, phi, mass_ratio)
     return margin / crossover(c, k, rho, phi, mass_ratio) - 0.5 * period
@@ -133,34 +134,41 @@ def onset(inverse_mass: Array, gains: Array) -> float:
     Zero if it grows without a delay, infinite if it bears `LONGEST`. Arguments as `sampled_loop`.
     """
     period = float(GAINS.unpack(gains).period[0])
-    return _least(lambda delay: spectral_radius(inverse_mass, gains, delay) > 1.0, period)
+
+    def fails(delays: Array, _: Array) -> list[bool]:
+        return [spectral_radius(inverse_mass, gains, float(delay)) > 1.0 for delay in delays]
+
+    return float(_least(fails, 1, period)[0])
 
 
-def simulated_onset(mass_ratio: float, gains: Array) -> float:
-    """The same for one joint by running the law, see `grows`; to 1 µs.
+def simulated_onset(mass_ratio: ArrayLike, gains: Array) -> Array:
+    """The same of joints alone (n,) by running the law, see `grows`; to 1 µs.
 
     Args:
-        mass_ratio: plant gain b = m_hat / M.
-        gains: of the joint (8, 1), see `ismc_law`; the period is in them.
+        mass_ratio: plant gain b = m_hat / M, a number or (n,).
+        gains: of the joints (8, n), see `ismc_law`; the period is in them.
     """
     period = float(GAINS.unpack(gains).period[0])
-    return _least(lambda delay: grows(mass_ratio, gains, delay), period)
+    n = gains.shape[1]
+    ratios = np.broadcast_to(np.asarray(mass_ratio, dtype=float), n)
+    return _least(lambda delays, which: grows(ratios[which], gains[:, which], delays), n, period)
 
 
-def grows(mass_ratio: float, gains: Array, delay: float) -> bool:
-    """Whether a small kick of one joint grows, under the law itself with a delayed effort.
+def grows(mass_ratio: ArrayLike, gains: Array, delay: ArrayLike) -> NDArray[np.bool_]:
+    """Whether a small kick of a joint alone grows (n,), under the law itself, its effort delayed.
 
-    Arguments as `simulated_onset`, and the delay [s].
+    Arguments as `simulated_onset`, and the delay [s], a number or (n,).
     """
     free = gains.copy()
     g = GAINS.unpack(free)
     g.effort[:], g.clamp[:] = np.inf, np.inf
     rig = make_rig(inertia=g.m_hat / mass_ratio, delay=delay)
-    at_rest = np.zeros((BLOCKS * TICKS + 1, 2, 1))
+    at_rest = np.zeros((BLOCKS * TICKS + 1, 2, gains.shape[1]))
     x = simulate("ISMC", free, rig, at_rest, start=KICK).x[1:]
-    peaks = np.abs(x).reshape(BLOCKS, TICKS).max(axis=1)
+    peaks = np.abs(x).reshape(BLOCKS, TICKS, -1).max(axis=1)
     # Where it grows fast, the largest effort of u1 soon bounds it.
-    return bool(peaks.max() > 100.0 * KICK or peaks[-1] > peaks[1])
+    grown: NDArray[np.bool_] = (peaks.max(axis=0) > 100.0 * KICK) | (peaks[-1] > peaks[1])
+    return grown
 
 
 def mass_ratios(controller: IntegralSlidingMode) -> tuple[Array, Array]:
@@ -182,14 +190,25 @@ def arm_onset(controller: IntegralSlidingMode, period: float, every: int = 1) ->
     return np.array([onset(m, gains) for m in inverse_mass_matrices()[::every]])
 
 
-def _least(fails: Callable[[float], bool], period: float) -> float:
-    """Least delay [s] at which `fails` holds: found in steps of a quarter period, then bisected."""
-    low, high = 0.0, 0.0
-    while not fails(high):
-        if high >= LONGEST:
-            return math.inf
-        low, high = high, high + 0.25 * period
-    while high - low > 1e-6:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if fails(middle) else (middle, high)
+def _least(fails: Callable[[Array, Array], ArrayLike], n: int, period: float) -> Array:
+    """Least delays [s] (n,) at which loops fail, each found in quarters of a period, then bisected.
+
+    Args:
+        fails: whether those of some numbers fail with their delays; so all are asked at once.
+        n: number of loops.
+        period: T_s [s].
+    """
+    low, high, found = np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool)
+    busy = np.arange(n)
+    while busy.size:
+        tried = np.where(found[busy], 0.5 * (low[busy] + high[busy]), high[busy])
+        failed = np.asarray(fails(tried, busy))
+        beyond = ~failed & ~found[busy] & (tried >= LONGEST)
+        high[busy[failed]] = tried[failed]
+        low[busy[~failed]] = tried[~failed]
+        ahead = busy[~failed & ~found[busy]]
+        high[ahead] += 0.25 * period
+        high[busy[beyond]] = math.inf
+        found[busy[failed]] = True
+        busy = busy[~beyond & ~(found[busy] & (high[busy] - low[busy] <= 1e-6))]
     return high

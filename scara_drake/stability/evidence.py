@@ -79,7 +79,7 @@ def delays(tables: Mapping[str, IntegralSlidingMode], every: int) -> xr.Dataset:
         cells = list(np.ndindex(b.shape))
         inverse_mass = b / g.m_hat
         exact.append([onset(inverse_mass[i, j].reshape(1, 1), gains[:, [j]]) for i, j in cells])
-        simulated.append([simulated_onset(float(b[i, j]), gains[:, [j]]) for i, j in cells])
+        simulated.append(simulated_onset(b.ravel(), np.tile(gains, 3)))
         arm.append(arm_onset(controller, PERIOD, every))
     dims, shape = ("table", "inertia", "joint"), (len(tables), 3, 6)
     return xr.Dataset(
@@ -138,6 +138,12 @@ def followed(duration: float, jobs: int | None = None) -> xr.Dataset:
             xr.Dataset(
                 {
                     **each,
+                    "V_of_layer": labelled(
+                        ("time", "joint"),
+                        found.V / (0.5 * xr.DataArray(g.phi, dims="joint") ** 2),
+                        "1",
+                        "V over phi^2 / 2, its value at the edge of the layer",
+                    ),
                     "s_start": _like(start, _units(found, "largest_s"), "|s| at the start"),
                     "excursion": _like(metrics.peak(s), "1", "largest |s| / phi"),
                     "excursion_late": _like(
@@ -157,12 +163,11 @@ def followed(duration: float, jobs: int | None = None) -> xr.Dataset:
                         "1",
                         "effort limit of the drive / (m_hat rho)",
                     ),
-                }
+                },
+                coords={"time": found.time},
             )
         )
-    return xr.concat(results, xr.Variable(("run",), list(scenarios))).drop_vars(
-        "time", errors="ignore"
-    )
+    return xr.concat(results, xr.Variable(("run",), list(scenarios)))
 
 
 def _units(data: xr.Dataset, name: str) -> str:

@@ -1,20 +1,29 @@
-"""The closed loop linearised inside the boundary layer, and its poles.
+r"""The closed loop linearised inside the boundary layer, and its poles.
 
-Inside the layer the law is linear, with r = rho / phi::
+Inside the layer the law is linear, with :math:`r = \rho / \phi`:
 
-    tau = m_hat ((k + r) sigma - r z),    z' = -k sigma,    sigma = e' + c e
+.. math::
 
-so with M(q), the gradient G of the gravity's efforts and the damping B of the joints::
+    \tau = \hat m\,((k + r)\,\sigma - r z), \quad \dot z = -k\,\sigma, \quad
+    \sigma = \dot e + c\,e
 
-    M e'' = -tau + G e - B e'
+so with M(q), the gradient G of the gravity's efforts and the damping B of the joints
 
-For one joint without G and B, with the plant gain b = m_hat / M and a = k + r, the poles solve::
+.. math::
 
-    l³ + b (l + c) (a l + k r) = 0
+    M \ddot e = -\tau + G e - B \dot e
 
-They are stable while b a (a c + k r) > c k r: a joint can be too heavy for its gains. Where c e' is
-counted as a part of the perturbation, as equation (30) does, what is left are the poles of sigma
-and s, l² + a b l + k r b = 0, and -c; that is the limit of c much below a b.
+For one joint without G and B, with the plant gain :math:`b = \hat m / M` and :math:`a = k + r`, the
+poles solve
+
+.. math::
+
+    \lambda^3 + b\,(\lambda + c)\,(a\,\lambda + k\,r) = 0
+
+They are stable while :math:`b\,a\,(a c + k r) > c\,k\,r`: a joint can be too heavy for its gains.
+Where :math:`c\,\dot e` is counted as a part of the perturbation, as equation (30) does, what is
+left are the poles of :math:`\sigma` and s, :math:`\lambda^2 + a b\,\lambda + k r b = 0`, and -c;
+that is the limit of c much below a b.
 
 `linearise` lets Drake differentiate the diagram itself; the closed forms are what it is compared
 with.

@@ -1,13 +1,17 @@
-"""The Lyapunov function V = s² / 2 of equations (48) to (51), followed on recorded data.
+r"""The Lyapunov function V = s²/2 of equations (48) to (51), followed on recorded data.
 
-The paper proves V' < 0 for u1 = K sign(s) and a plant gain b = m_hat / M of 1. With sat(s / phi),
-and any b, the perturbation D = Psi + (1 - b) k sigma takes the place of Psi::
+The paper proves :math:`\dot V < 0` for :math:`u_1 = K \operatorname{sign}(s)` and a plant gain
+:math:`b = \hat m / M` of 1. With :math:`\operatorname{sat}(s / \phi)`, and any b, the perturbation
+:math:`D = \Psi + (1 - b)\,k\,\sigma` takes the place of :math:`\Psi`:
 
-    s' = D - b u1,    u1 = rho sat(s / phi)      (50)
-    V' = s s' <= -|s| (b rho - |D|)              (51), outside the layer
+.. math::
 
-So V decreases outside the layer while |D| < b rho. Inside it V' may have any sign; what holds
-there, from a start on the surface, is |s| <= phi max|D| / (b rho).
+    \dot s &= D - b\,u_1, \quad u_1 = \rho \operatorname{sat}(s / \phi)  \quad (50) \\
+    \dot V &= s\,\dot s \le -|s|\,(b \rho - |D|)                         \quad (51)
+
+the second outside the layer. So V decreases there while :math:`|D| < b \rho`. Inside it
+:math:`\dot V` may have any sign; what holds there, from a start on the surface, is
+:math:`|s| \le \phi \max|D| / (b \rho)`.
 
 s is what the controller recorded; D comes from the efforts and the robot's equations of motion, so
 that each is a check of the other. An effort that a drive cannot deliver is a perturbation, too.

@@ -87,6 +87,11 @@ class Study:
         self._check_names()
         self._check_size()
 
+    def _repr_html_(self) -> str:
+        from scara_drake.display.cards import of_study
+
+        return of_study(self)
+
     def _check_names(self) -> None:
         labels = [parameter.label for parameter in self.parameters]
         _check_once("parameters", labels)

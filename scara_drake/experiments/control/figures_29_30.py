@@ -15,11 +15,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake import joints, robot
+from scara_drake import robot
 from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.ismc_law import GAINS
 from scara_drake.control.process_delay import (
-    AMPLITUDE,
     CONTROL_DELAY_READINGS,
     perturbation_reading,
 )
@@ -33,8 +32,12 @@ from scara_drake.experiments.control.figures_29_30_claims import (
     JOINT,
     PEAK,
     PLAIN,
+    REDUCED,
+    REDUCED_AMPLITUDE,
+    RHO,
     SINE,
 )
+from scara_drake.experiments.reading import OpenQuestion
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation import run as simulation
@@ -43,16 +46,14 @@ from scara_drake.stability.joint_alone import make_rig, simulate
 Array = NDArray[np.float64]
 
 TABLE_12 = IntegralSlidingMode()
-C, K, RHO = TABLE_12.c[INDEX], TABLE_12.k[INDEX], TABLE_12.rho[INDEX]
+C, K = TABLE_12.c[INDEX], TABLE_12.k[INDEX]
 CONTROLLERS: Final = {PLAIN: (K, RHO), "SMC": (0.0, RHO), HARD: (0.0, HIGH)}
 
-# The peak at the share of the drive's largest u that it has of rho.
-REDUCED = AMPLITUDE / RHO * joints.EFFORT[INDEX] / float(robot.nominal_inertias()[INDEX])
 READINGS: Final[dict[str, dict[str, Any]]] = {
     "none": {},
     "A": CONTROL_DELAY_READINGS["A"],
     "B": perturbation_reading(JOINT),
-    "B reduced": perturbation_reading(JOINT, REDUCED),
+    REDUCED: perturbation_reading(JOINT, REDUCED_AMPLITUDE),
     "C": CONTROL_DELAY_READINGS["C"],
 }
 SHARES = 10  # of a period, each with a perturbation of its own
@@ -125,10 +126,10 @@ def run(seed: int = 0, duration: float = 7.0) -> Experiment:
             "seed": seed,
             "scenario": "joint_sine",
             "joint": JOINT,
-            "amplitude_reduced": REDUCED,
+            "amplitude_reduced": REDUCED_AMPLITUDE,
         },
     )
-    return Experiment("Figures 29 and 30", data, claims(data))
+    return Experiment("Figures 29 and 30", data, claims(data), questions(data))
 
 
 def _controller(name: str) -> dict[str, Any]:
@@ -156,13 +157,15 @@ def lag(data: xr.Dataset) -> xr.DataArray:
     """Delay [s] of the reference, up to 0.3 s, that fits the response best."""
     late = data.sel(time=slice(START, None))
     period = float(data.time[1] - data.time[0])
-    shifts = range(round(0.3 / period) + 1)
+    shifts = np.arange(round(0.3 / period) + 1)
+    first, desired = data.sizes["time"] - late.sizes["time"], data.q_desired.values
+    measured = late.q_measured.transpose(..., "time")
     misfit = [
-        ((late.q_measured - data.q_desired.shift(time=n).sel(time=late.time)) ** 2).mean("time")
+        np.mean((measured.values - desired[first - n : desired.size - n]) ** 2, axis=-1)
         for n in shifts
     ]
-    best = xr.concat(misfit, xr.Variable(("lag",), [n * period for n in shifts]))
-    return best.assign_coords(lag=[n * period for n in shifts]).idxmin("lag")
+    dims = measured.isel(time=0, drop=True)
+    return dims.copy(data=period * np.argmin(misfit, axis=0))
 
 
 def undershoot(data: xr.Dataset) -> xr.DataArray:
@@ -180,6 +183,11 @@ def _error(data: xr.Dataset) -> xr.DataArray:
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge each statement by the readings that suit it; see `run` for the data."""
     return figures_29_30_claims.claims(figures_of_merit(data))
+
+
+def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
+    """Show what each reading makes of the statements; see `run` for the data."""
+    return (figures_29_30_claims.question(figures_of_merit(data)),)
 
 
 def figures_of_merit(data: xr.Dataset) -> xr.Dataset:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Final
 
 import xarray as xr
 
 from scara_drake import joints, robot
+from scara_drake.control.integral_sliding_mode import IntegralSlidingMode
 from scara_drake.control.process_delay import AMPLITUDE
 from scara_drake.experiments.claim import Claim, Criterion
 from scara_drake.experiments.quantity import Quantity, quantity
+from scara_drake.experiments.reading import OpenQuestion, Reading
 
 JOINT: Final = "theta2"
 INDEX = joints.JOINT_NAMES.index(JOINT)
@@ -20,6 +23,21 @@ ALONE = "B alone"
 AS_PUBLISHED = ("A", "B", "C")  # readings with the paper's numbers, on the whole arm
 SINE = (0.7854, 1.25)  # of the reference of joint 2 in joint_sine [rad], [rad/s]
 PEAK = math.sqrt(2.0) * AMPLITUDE
+RHO = IntegralSlidingMode().rho[INDEX]  # Table 12
+REDUCED: Final = "B reduced"
+# The peak at the share of the drive's largest u that it has of rho.
+REDUCED_AMPLITUDE = AMPLITUDE / RHO * joints.EFFORT[INDEX] / float(robot.nominal_inertias()[INDEX])
+# What each does, and the peak of the perturbation that it is [rad/s²].
+MEANINGS: Final = {
+    "A": ("delays of the loop, zeta of the effort and d of the state, in samples of 1 ms", 0.0),
+    "B": ("a perturbation of the whole arm, zeta + d in the units of u", PEAK),
+    REDUCED: (
+        "the same, its peak at the share of the drive that it has of rho",
+        math.sqrt(2.0) * REDUCED_AMPLITUDE,
+    ),
+    ALONE: ("the same as B on a joint without arm and without a limit of effort", PEAK),
+    "C": ("a delay zeta of the command on its way to the controller, in samples of 1 ms", 0.0),
+}
 
 SATISFACTORY = 0.01  # of the amplitude of the reference
 TIMES_WORSE = 2.0
@@ -27,7 +45,7 @@ LAG = 0.01  # [s], a delay of the response that a figure shows
 UNDERSHOOT = 0.02  # of the amplitude
 
 
-def claims(data: xr.Dataset) -> list[Claim]:
+def claims(data: xr.Dataset, only: Collection[str] | None = None) -> list[Claim]:
     """Judge each statement by the readings that suit it.
 
     A reading in which the error grows beyond the amplitude of the reference is lost: it has no
@@ -37,8 +55,10 @@ def claims(data: xr.Dataset) -> list[Claim]:
         data: largest error [rad], its share inside the window, lag [s] and undershoot of each
             reading and controller; correlation of the error of a joint alone with the size and
             with the rate of the perturbation.
+        only: the readings to judge by; None is all.
     """
     names = [str(name) for name in data.reading.values if name != "none"]
+    names = [name for name in names if only is None or name in only]
     largest = data.largest
     lost = _where(largest.max("controller") > SINE[0], names)
     readings = [name for name in names if name not in lost]
@@ -71,6 +91,32 @@ def claims(data: xr.Dataset) -> list[Claim]:
     ]
 
 
+def question(data: xr.Dataset) -> OpenQuestion:
+    """Show what each reading by itself makes of the statements; see `claims` for the data."""
+    readings = []
+    for name, (meaning, peak) in MEANINGS.items():
+        judged = claims(data, [name])
+        share = peak * float(robot.nominal_inertias()[INDEX]) / joints.EFFORT[INDEX]
+        asked = (quantity(peak / RHO, "rho"), quantity(share, "of the drive"))
+        error = data.largest.sel(reading=name)
+        late = data.lag.sel(reading=name, controller=HARD).where(error.max() <= SINE[0])
+        found = {
+            "peak of the perturbation": asked[: 1 if name == ALONE else 2] if peak else "none",
+            "error of ISMC": quantity(1e3 * error.sel(controller=PLAIN), "mrad"),
+            f"error of SMC, gain {HIGH:g}": quantity(1e3 * error.sel(controller=HARD), "mrad"),
+            "lag of SMC": quantity(1e3 * late, "ms", missing="lost"),
+            "SMC errs more": judged[1].verdict,
+            "SMC lags": judged[2].verdict,
+            "the window": judged[3].verdict,
+        }
+        readings.append(Reading(name, meaning, found, judged[0].verdict, name == REDUCED))
+    return OpenQuestion(
+        "What are zeta(t) = 100 sin t and d(t) = 100 cos t, and where do they act?",
+        judged[0].statement,
+        tuple(readings),
+    )
+
+
 def _satisfactory(
     errors: Quantity, good: list[str], lost: list[str], largest: xr.DataArray
 ) -> Claim:
@@ -83,7 +129,7 @@ def _satisfactory(
         (errors, f"within: {_names(good)}", f"lost: {_names(lost)}"),
         Criterion(
             f"within {allowed:.1f} mrad, {100 * SATISFACTORY:g} % of the amplitude, by one of the "
-            "readings with the paper's numbers on the arm (in kind: by any)",
+            "readings with the paper's numbers on the arm (in kind: by any); the share is ours",
             _published(good),
             bool(good),
         ),
@@ -100,7 +146,7 @@ def _errs_more(ratios: Quantity, good: list[str], worse: list[str], soft: Quanti
         (ratios, f"at least {TIMES_WORSE:g} times: {_names(worse)}"),
         Criterion(
             f"at least {TIMES_WORSE:g} times the error where ISMC is satisfactory, by a reading "
-            "with the paper's numbers on the arm (in kind: by any)",
+            "with the paper's numbers on the arm (in kind: by any); the factor is ours",
             _published([name for name in worse if name in good]),
             bool(worse),
         ),
@@ -131,7 +177,7 @@ def _lags(data: xr.Dataset, readings: list[str], dragged: list[str], alike: list
         Criterion(
             f"a lag of {1e3 * LAG:.0f} ms and an undershoot of {1e2 * UNDERSHOOT:.0f} % that ISMC "
             "has not, by a reading with the paper's numbers on the arm (in kind: one of them, by "
-            "any reading, and ISMC may have it too)",
+            "any reading, and ISMC may have it too); both bounds are ours",
             _published(dragged),
             bool(alike),
         ),
@@ -149,7 +195,7 @@ def _window(data: xr.Dataset, shares: Quantity, seen: list[str]) -> Claim:
         (shares, f"in that window: {_names(seen)}"),
         Criterion(
             f"at least {TIMES_WORSE:g} times as large inside, and above 0.1 % of the amplitude, by "
-            "a reading with the paper's numbers on the arm (in kind: by any)",
+            "a reading with the paper's numbers on the arm (in kind: by any); both bounds are ours",
             _published(seen),
             bool(seen),
         ),

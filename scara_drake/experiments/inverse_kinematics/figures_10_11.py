@@ -14,7 +14,8 @@ from scara_drake.experiments.claim import (
     at_most,
 )
 from scara_drake.experiments.inverse_kinematics.paths import METHODS, follow
-from scara_drake.experiments.quantity import quantity
+from scara_drake.experiments.quantity import Value, quantity
+from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.ik.result import ROTATION_TOLERANCE
 
 # The three that the paper compares; the position rows by themselves are shown beside its IJ.
@@ -34,7 +35,7 @@ def run(seed: int = 0, paths: int = 8) -> Experiment:
         paths: number of paths of 50 points.
     """
     data = follow(list(METHODS), seed, paths)
-    return Experiment("Figures 10 and 11", data, claims(data))
+    return Experiment("Figures 10 and 11", data, claims(data), questions(data))
 
 
 def claims(data: xr.Dataset) -> list[Claim]:
@@ -56,6 +57,31 @@ def claims(data: xr.Dataset) -> list[Claim]:
     ]
 
 
+def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
+    """Show what the claims become by the position rows; see `paths.follow` for the data."""
+    top, rotation = 1e3 * data.position_error.max(["path", "point"]), data.rotation_error
+    meanings = {
+        "IJ": "all six, (1) to (11), position and orientation together",
+        OUR_ROWS: "the three of (26), which the paper brings for DPSOIJ",
+    }
+    readings = []
+    for solver, meaning in meanings.items():
+        error = rotation.sel(solver=solver)
+        within = 100 * float((error <= ROTATION_TOLERANCE).mean())
+        # As if this solver were the IJ of the paper.
+        position = _position(top.where(top.solver != "IJ", top.sel(solver=solver)))
+        found: dict[str, Value] = {
+            "largest position error": quantity(top.sel(solver=solver), "mm"),
+            "orientation error": quantity(error, "rad"),
+            "orientation within 0.0175 rad": quantity(within, "% of the points"),
+            "stays beyond 0.0175 rad": _beyond(error, rotation.sel(solver=OUR_ROWS)).verdict,
+            "the first point decides": _first_point(error).verdict,
+        }
+        readings.append(Reading(solver, meaning, found, position.verdict, solver == "IJ"))
+    question = "Which rows of the Jacobian are those of IJ?"
+    return (OpenQuestion(question, position.statement, tuple(readings)),)
+
+
 def _position(top: xr.DataArray) -> Claim:
     largest = quantity({name: float(top.sel(solver=name)) for name in COMPARED}, "mm")
     return Claim(
@@ -63,7 +89,7 @@ def _position(top: xr.DataArray) -> Claim:
         PAPER_POSITION,
         (largest, quantity(top.sel(solver=OUR_ROWS), "mm", f"{OUR_ROWS}, ours")),
         Criterion(
-            "every point of every path (in kind: within twice that)",
+            "every point of every path (in kind: within twice that, a factor of ours)",
             at_most(largest),
             at_most(largest, 2.0),
         ),
@@ -84,7 +110,7 @@ def _beyond(error: xr.DataArray, ours: xr.DataArray) -> Claim:
             quantity(ours, "rad", f"{OUR_ROWS}, ours"),
         ),
         Criterion(
-            "every point of every path (in kind: 90 % of them), begun at home",
+            "every point of every path (in kind: 90 % of them, a share of ours), begun at home",
             at_least(points),
             at_least(points, share=0.9),
         ),
@@ -125,7 +151,7 @@ def _orientation(error: xr.DataArray, statement: str, source: str) -> Claim:
             quantity(100 * share, "%", "of the points within"),
         ),
         Criterion(
-            "every point of every path (in kind: 90 % of them)",
+            "every point of every path (in kind: 90 % of them, a share of ours)",
             at_most(points),
             at_most(points, share=0.9),
         ),
@@ -151,7 +177,7 @@ def _first_point(error: xr.DataArray) -> Claim:
         ),
         Criterion(
             "at least 95 % after a first point within 0.0175 rad, at most 5 % after another (in "
-            "kind: more after a good one)",
+            "kind: more after a good one); both shares are ours",
             after_good >= 95 and after_bad <= 5,
             after_good > after_bad,
         ),

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake import joints, kinematics
+from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
 
 Array = NDArray[np.float64]
 
@@ -27,6 +29,17 @@ ORIENTATIONS: Final = (
 NUMBERS: Final = (1, 2, 3, 4)
 # Which joints take part, and how claims call them.
 WHO: Final = {"full": "the arm with its mast", "arm": "the 5-DOF arm alone"}
+MOVES: Final = {
+    "full": "the mast moves by what a posture needs, from a height that is not given",
+    "arm": "the mast stands, and five joints have to meet six numbers",
+}
+# What E_o may be, and the variable that has it.
+ANGLE: Final = "angle"
+E_O: Final = {ANGLE: "rotation_error", "difference": "angle_difference"}
+E_O_MEANINGS: Final = {
+    ANGLE: "angle of the rotation that is left, defined in every posture",
+    "difference": "length of the difference of roll, pitch and yaw, (25), by whole turns",
+}
 # Mast height at which the arm's base stands for these positions [m]. The paper does not give it;
 # this one leaves travel both ways when the mast takes part.
 REFERENCE_HEIGHT: Final = 6.0
@@ -38,6 +51,16 @@ def targets() -> Array:
     X_WE[:, :3, :3] = kinematics.rotation_from_intrinsic_xyz(ORIENTATIONS)
     X_WE[:, :3, 3] = np.add(POSITIONS, [0.0, 0.0, REFERENCE_HEIGHT])
     return X_WE
+
+
+def success(data: xr.Dataset) -> xr.DataArray:
+    """Return whether each answer is inside both tolerances."""
+    return inside(data.position_error, data.rotation_error)
+
+
+def inside(position: xr.DataArray, rotation: xr.DataArray) -> xr.DataArray:
+    """Return whether errors [m], [rad] are inside both tolerances."""
+    return (position <= POSITION_TOLERANCE) & (rotation <= ROTATION_TOLERANCE)
 
 
 def home() -> Array:

@@ -2,56 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import xarray as xr
 
 from scara_drake import ik, kinematics
 from scara_drake.experiments.claim import Claim, Criterion, Experiment, at_least
+from scara_drake.experiments.inverse_kinematics import orientation_orders
+from scara_drake.experiments.inverse_kinematics.free_arm import best_of_free_arm
 from scara_drake.experiments.inverse_kinematics.postures import (
+    ANGLE,
+    E_O,
+    E_O_MEANINGS,
+    MOVES,
     NUMBERS,
     POSITIONS,
     REFERENCE_HEIGHT,
     WHO,
+    angle_difference,
     home,
+    inside,
+    success,
     targets,
 )
-from scara_drake.experiments.quantity import quantity
-from scara_drake.ik.kernels.errors import error_kernel
-from scara_drake.ik.kernels.postures import Bounds, Goal
-from scara_drake.ik.kernels.refine import Descent, refine_kernel
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_LENGTH, ROTATION_TOLERANCE
-from scara_drake.joints import LOWER, UPPER
+from scara_drake.experiments.quantity import Quantity, quantity
+from scara_drake.experiments.reading import OpenQuestion, Reading
+from scara_drake.ik.result import ROTATION_TOLERANCE
 from scara_drake.recordings.labels import labelled
 
 JOINTS = ("arm", "full")
 PAPER_SOLVED = quantity(4, "of 4 postures")
-HINGES = (3, 4)  # joints 4 and 5 in a posture, which turn less than once
 
 
-def run(seed: int = 0, starts: int = 64) -> Experiment:
+def run(
+    seed: int = 0, starts: int = 64, order_starts: int = 24, orders: Collection[str] | None = None
+) -> Experiment:
     """Look for the best posture for each target, within the joint ranges and, arm alone, without.
 
     Args:
         seed: of the random starts.
         starts: of the search without joint ranges.
+        order_starts: of that search for each order of roll, pitch and yaw.
+        orders: those that are tried, ours among them; all if None.
     """
     X_WE, shape = targets(), (len(JOINTS), len(NUMBERS))
     position, rotation, exact = np.empty(shape), np.empty(shape), np.empty(shape)
+    difference = np.empty(shape)
     reason = np.empty(shape, dtype="<U32")
     for i, joints in enumerate(JOINTS):
         for k, X in enumerate(X_WE):
             best = ik.solve(X, "dpso", joints, q_seed=home(), seed=seed)
             position[i, k], rotation[i, k] = best.position_error, best.rotation_error
+            difference[i, k] = angle_difference(X, kinematics.forward_kinematics(best.q))
             reason[i, k] = best.reason
             point = ik.solve(X, "dpso", joints, task="position", q_seed=home(), seed=seed)
             exact[i, k] = point.rotation_error if point.success else np.nan
-    free = np.array([_without_ranges(X, seed, starts) for X in X_WE])
+    free = np.array([best_of_free_arm(X, seed, starts) for X in X_WE])
     short = np.array([_short_of(p) for p in POSITIONS])
     dims = ("joints", "posture")
     data = xr.Dataset(
         {
             "position_error": labelled(dims, position, "m", "of the best posture found"),
             "rotation_error": labelled(dims, rotation, "rad", "of the best posture found"),
+            "angle_difference": labelled(
+                dims, difference, "rad", "the same as the difference of roll, pitch and yaw"
+            ),
             "rotation_error_at_position": labelled(
                 dims, exact, "rad", "best with the position met exactly; NaN if out of reach"
             ),
@@ -75,31 +91,100 @@ def run(seed: int = 0, starts: int = 64) -> Experiment:
         coords={"joints": list(JOINTS), "posture": list(NUMBERS)},
         attrs={"seed": seed, "mast_height": REFERENCE_HEIGHT},
     )
-    return Experiment("Table 5", data, claims(data))
+    tried = orientation_orders.rotations(orders)
+    fitted = orientation_orders.fit(tried, seed, order_starts)
+    data = data.merge(fitted, combine_attrs="override")
+    return Experiment("Table 5", data, claims(data), questions(data))
 
 
 def claims(data: xr.Dataset) -> list[Claim]:
     """Judge that the postures can be reached; see `run` for the data."""
-    inside = (data.position_error <= POSITION_TOLERANCE) & (
-        data.rotation_error <= ROTATION_TOLERANCE
+    met = success(data)
+    return [_solved(data, met.sel(joints=joints), joints, who) for joints, who in WHO.items()]
+
+
+def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
+    """Show what the postures become by other readings of Table 5; see `run` for the data."""
+    return _who(data), _order(data), _measure(data)
+
+
+def _statement(who: str) -> str:
+    return f"The four desired postures can be solved (Table 8), by {who}"
+
+
+def _count(met: xr.DataArray) -> Quantity:
+    return quantity(int(met.sum()), PAPER_SOLVED.unit)
+
+
+def _criterion(count: Quantity) -> Criterion:
+    return Criterion(
+        "all four within 5 mm and 0.0175 rad inside Table 2 (in kind: three)",
+        at_least(count),
+        at_least(count, 0.75),
     )
-    return [_solved(data, inside, joints, who) for joints, who in WHO.items()]
 
 
-def _solved(data: xr.Dataset, inside: xr.DataArray, joints: str, who: str) -> Claim:
-    met = inside.sel(joints=joints)
-    count = quantity(int(met.sum()), PAPER_SOLVED.unit)
+def _solved(data: xr.Dataset, met: xr.DataArray, joints: str, who: str) -> Claim:
+    count = _count(met)
     return Claim(
-        f"The four desired postures can be solved (Table 8), by {who}",
-        PAPER_SOLVED,
-        count,
-        Criterion(
-            "all four within 5 mm and 0.0175 rad inside Table 2 (in kind: three)",
-            at_least(count),
-            at_least(count, 0.75),
-        ),
-        _evidence(data, joints, met),
+        _statement(who), PAPER_SOLVED, count, _criterion(count), _evidence(data, joints, met)
     )
+
+
+def _who(data: xr.Dataset) -> OpenQuestion:
+    met = success(data)
+    readings = []
+    for joints, who in WHO.items():
+        rows, count = data.sel(joints=joints), _count(met.sel(joints=joints))
+        errors = {
+            "position error": quantity(_each(1e3 * rows.position_error), "mm"),
+            "orientation error": quantity(_each(rows.rotation_error), "rad"),
+            "solved": count,
+        }
+        verdict = _criterion(count).verdict(PAPER_SOLVED)
+        readings.append(Reading(who, MOVES[joints], errors, verdict, joints == "full"))
+    return OpenQuestion(
+        "Does the mast take part in Table 5?", _statement(WHO["full"]), tuple(readings)
+    )
+
+
+def _order(data: xr.Dataset) -> OpenQuestion:
+    met = inside(data.order_position_error, data.order_rotation_error)
+    free = inside(data.order_free_position_error, data.order_free_rotation_error)
+    readings = []
+    for name in (str(order) for order in data.order.values):
+        count = _count(met.sel(order=name))
+        alone = data.order_free_rotation_error.sel(order=name)
+        fit = {
+            "with the mast": count,
+            "arm alone, without joint ranges": _count(free.sel(order=name)),
+            "orientation error of the arm alone": quantity(_each(alone), "rad"),
+        }
+        sequence, frame = name.split(", ")
+        meaning = f"about {', '.join(sequence)}, one after the other, of {frame}"
+        verdict = _criterion(count).verdict(PAPER_SOLVED)
+        chosen = name == orientation_orders.OURS
+        readings.append(Reading(name, meaning, fit, verdict, chosen))
+    return OpenQuestion(
+        "In which order do roll, pitch and yaw of Table 5 turn?",
+        _statement(WHO["full"]),
+        tuple(readings),
+    )
+
+
+def _measure(data: xr.Dataset) -> OpenQuestion:
+    rows = data.sel(joints="full")
+    readings = []
+    for name, error in E_O.items():
+        count = _count(inside(rows.position_error, rows[error]))
+        found = {"orientation error": quantity(_each(rows[error]), "rad"), "solved": count}
+        verdict = _criterion(count).verdict(PAPER_SOLVED)
+        readings.append(Reading(name, E_O_MEANINGS[name], found, verdict, name == ANGLE))
+    return OpenQuestion("What is E_o?", _statement(WHO["full"]), tuple(readings))
+
+
+def _each(errors: xr.DataArray) -> dict[str, float]:
+    return {f"posture {n}": round(float(errors.sel(posture=n)), 4) for n in NUMBERS}
 
 
 def _evidence(data: xr.Dataset, joints: str, met: xr.DataArray) -> str:
@@ -136,30 +221,3 @@ def _short_of(p: tuple[float, float, float]) -> float:
     # The beam stays horizontal; forearm and tool must bridge what is left from its end.
     left = np.hypot(np.hypot(p[0], p[1]) - kinematics.D3, p[2])
     return max(0.0, float(left) - kinematics.A4 - kinematics.D6)
-
-
-def _without_ranges(X: np.ndarray, seed: int, starts: int) -> tuple[float, float, float]:
-    """Errors of the best posture of the arm where each joint turns freely, and its excess."""
-    upper = np.array([UPPER[0], *[2.0 * np.pi] * 5])
-    lower = np.array([LOWER[0], *[-2.0 * np.pi] * 5])
-    p, R = np.ascontiguousarray(X[:3, 3]), np.ascontiguousarray(X[:3, :3])
-    generator = np.random.default_rng(seed)
-    found = []
-    for _ in range(starts):
-        q = generator.uniform(-np.pi, np.pi, 6)
-        q[0] = REFERENCE_HEIGHT
-        goal, descent = (
-            Goal(p, R, Bounds(1, lower, upper)),
-            Descent(ROTATION_LENGTH, 1.0, 200, True),
-        )
-        refine_kernel(q, goal, descent, np.empty((0, 2)))
-        position, rotation = error_kernel(q, p, R)
-        hinges = [abs(np.remainder(q[j] + np.pi, 2.0 * np.pi) - np.pi) for j in HINGES]
-        excess = max(0.0, float(max(hinges)) - UPPER[HINGES[0]])
-        found.append((np.hypot(position, ROTATION_LENGTH * rotation), excess, position, rotation))
-    least = min(row[0] for row in found)
-    # Several postures share the least error: the one that leaves the ranges least.
-    _, excess, position, rotation = min(
-        (row for row in found if row[0] <= least + 1e-4), key=lambda row: row[1]
-    )
-    return position, rotation, excess

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from scara_drake import ik, kinematics
 from scara_drake.experiments.claim import (
@@ -16,19 +17,29 @@ from scara_drake.experiments.claim import (
     inside,
     within_factor,
 )
+from scara_drake.experiments.inverse_kinematics import literal_inverse
 from scara_drake.experiments.inverse_kinematics.postures import (
+    ANGLE,
+    E_O,
+    E_O_MEANINGS,
     NUMBERS,
     REFERENCE_HEIGHT,
     WHO,
     angle_difference,
+    success,
     targets,
 )
-from scara_drake.experiments.quantity import quantity
-from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
+from scara_drake.experiments.quantity import Value, quantity
+from scara_drake.experiments.reading import OpenQuestion, Reading
+from scara_drake.ik.result import ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
 from scara_drake.recordings.labels import labelled
 
+Array = NDArray[np.float64]
+
 ROWS, JOINTS = ("position", "full"), ("arm", "full")
+LITERAL_ITERATIONS = 100  # of (8) as it is written; Newton's method has met its pose long before
+DAMPED = "six rows, damped"
 ITERATIONS = 3000  # of the paper, in each row of its table
 
 PAPER_POSITION = quantity((0.972, 0.603, 0.489, 0.917), "mm")
@@ -65,6 +76,7 @@ def run(seed: int = 0, starts: int = 16) -> Experiment:
     J = kinematics.jacobian(q_start)[..., 1:]  # of the arm, as in (2)
     X = kinematics.forward_kinematics(q)
     position, rotation = kinematics.pose_error(X_WE[:, np.newaxis], X)
+    literal = _literal_errors(X_WE, q_start)
     dims = ("rows", "joints", "posture", "start")
     data = xr.Dataset(
         {
@@ -75,6 +87,12 @@ def run(seed: int = 0, starts: int = 16) -> Experiment:
                 angle_difference(X_WE[:, np.newaxis], X),
                 "rad",
                 "E_o as the difference of roll, pitch and yaw",
+            ),
+            "literal_position_error": labelled(
+                dims[1:], literal[0], "m", "by (8) as it is written"
+            ),
+            "literal_rotation_error": labelled(
+                dims[1:], literal[1], "rad", "by (8) as it is written"
             ),
             "iterations": labelled(dims, iterations, "1", "damped iterations"),
             "gram_rank": labelled(
@@ -88,7 +106,13 @@ def run(seed: int = 0, starts: int = 16) -> Experiment:
         coords={"rows": list(ROWS), "joints": list(JOINTS), "posture": list(NUMBERS)},
         attrs={"seed": seed, "mast_height": REFERENCE_HEIGHT},
     )
-    return Experiment("Table 6", data, claims(data))
+    return Experiment("Table 6", data, claims(data), questions(data))
+
+
+def _literal_errors(X_WE: Array, q_start: Array) -> tuple[Array, Array]:
+    """Errors (joints, posture, start) [m], [rad] by (8) as it is written."""
+    q = [literal_inverse.iterate(X_WE, q_start, joints, LITERAL_ITERATIONS) for joints in JOINTS]
+    return kinematics.pose_error(X_WE[:, np.newaxis], kinematics.forward_kinematics(np.array(q)))
 
 
 def claims(data: xr.Dataset) -> list[Claim]:
@@ -101,6 +125,65 @@ def claims(data: xr.Dataset) -> list[Claim]:
         _literal(data.gram_rank),
         *_cost(rows.sel(joints="full"), ours.sel(joints="full")),
     ]
+
+
+def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
+    """Show what the claims become by other rows, another inverse and another E_o."""
+    return _rows(data), _measure(data)
+
+
+def _by_rows(data: xr.Dataset) -> dict[str, tuple[str, xr.Dataset]]:
+    """What a choice of rows and of their inverse does, and its errors, by name."""
+    literal = {f"literal_{name}": name for name in ("position_error", "rotation_error")}
+    written = data.drop_vars(literal.values()).rename(literal).sel(rows="full")
+    three = data.sel(rows="position")
+    return {
+        DAMPED: ("all six, damped where J loses rank", data.sel(rows="full")),
+        "six rows, (8) as written": (
+            "J^T (J J^T)^-1, without joint ranges; of the arm alone J J^T has no inverse",
+            written,
+        ),
+        "position rows (26)": ("three, which leave the orientation free", three),
+    }
+
+
+def _rows(data: xr.Dataset) -> OpenQuestion:
+    readings = []
+    ours = data.sel(rows="position", joints="full")
+    for name, (meaning, errors) in _by_rows(data).items():
+        full, arm = errors.sel(joints="full"), errors.sel(joints="arm")
+        position = _position(full, ours, WHO["full"])
+        found: dict[str, Value] = {
+            "E_p with the mast": quantity(1e3 * full.position_error.median("start"), "mm"),
+            "E_o with the mast": quantity(full.rotation_error.median("start"), "rad"),
+            "E_p of the arm alone": quantity(1e3 * arm.position_error.median("start"), "mm"),
+            "within both tolerances": quantity(
+                100 * float(success(full).mean()), "% of the starts"
+            ),
+            "a large orientation error": _orientation(full, ours).verdict,
+            "not effective for both": _both(full).verdict,
+        }
+        readings.append(Reading(name, meaning, found, position.verdict, name == DAMPED))
+    return OpenQuestion(
+        "Which rows of the Jacobian, and which inverse of them?",
+        position.statement,
+        tuple(readings),
+    )
+
+
+def _measure(data: xr.Dataset) -> OpenQuestion:
+    full = data.sel(rows="full", joints="full")
+    ours = data.sel(rows="position", joints="full")
+    readings = []
+    for name, variable in E_O.items():
+        rows, other = (one.assign(rotation_error=one[variable]) for one in (full, ours))
+        claim = _orientation(rows, other)
+        errors = {
+            "all rows": quantity(rows.rotation_error.median("start"), "rad", "medians"),
+            "position rows": quantity(other.rotation_error.median("start"), "rad", "medians"),
+        }
+        readings.append(Reading(name, E_O_MEANINGS[name], errors, claim.verdict, name == ANGLE))
+    return OpenQuestion("What is E_o?", claim.statement, tuple(readings))
 
 
 def _position(rows: xr.Dataset, ours: xr.Dataset, who: str) -> Claim:
@@ -152,14 +235,13 @@ def _orientation(rows: xr.Dataset, ours: xr.Dataset) -> Claim:
 
 
 def _both(full: xr.Dataset) -> Claim:
-    met = (full.position_error <= POSITION_TOLERANCE) & (full.rotation_error <= ROTATION_TOLERANCE)
-    share = quantity(100 * float(met.mean()), "%", "of the starts, all rows")
+    share = quantity(100 * float(success(full).mean()), "%", "of the starts, all rows")
     return Claim(
         "IJ is not effective for position and orientation together",
         PAPER_SOLVED,
         share,
         Criterion(
-            "no start ends within both tolerances (in kind: fewer than 90 %)",
+            "no start ends within both tolerances (in kind: fewer than 90 %, a share of ours)",
             at_most(share),
             share.values[0] < 90,
         ),
@@ -190,13 +272,13 @@ def _cost(rows: xr.Dataset, ours: xr.Dataset) -> list[Claim]:
         for one, label in ((rows, "median"), (ours, "position rows, ours"))
     )
     end = 100 * float((rows.iterations >= ITERATIONS).mean())
-    seconds = quantity(1e3 * rows.wall_time.median(), "ms", "median")
+    seconds = quantity(1e3 * rows.wall_time.median(), "ms", "median", clock=True)
     return [
         Claim(
             f"IJ takes {ITERATIONS} iterations",
             PAPER_COUNT,
             (count, other),
-            Criterion("within a factor of two", within_factor(count, 2.0)),
+            Criterion("within a factor of two, which is ours", within_factor(count, 2.0)),
             f"The paper has the same {ITERATIONS} in each row, as when a budget ends; here it ends "
             f"in {end:.0f} % of the starts, and in the others the iterations stop where they "
             "gain nothing more.",

@@ -55,7 +55,11 @@ def claims(data: xr.Dataset) -> list[Claim]:
         Claim(
             f"Time of {POINTS} points by IJ, DPSO, DPSOIJ",
             PAPER_TIME,
-            quantity({**timed, "our default": float(seconds.sel(solver="default DPSOIJ"))}, "ms"),
+            quantity(
+                {**timed, "our default": float(seconds.sel(solver="default DPSOIJ"))},
+                "ms",
+                clock=True,
+            ),
             None,
             "Other machine, compiled code; ours include the check of every answer.",
         ),
@@ -69,7 +73,7 @@ def _excess(measured: Quantity) -> Claim:
         "DPSO costs little more than IJ",
         quantity(swarm / jacobian, "times"),
         measured,
-        Criterion("within a factor of 1.5", within_factor(measured, 1.5)),
+        Criterion("within a factor of 1.5, which is ours", within_factor(measured, 1.5)),
         f"By Table 8 one DPSO takes the paper {PAPER_SOLVE[0]} to {PAPER_SOLVE[1]} s, so {POINTS} "
         f"points would take {low:.1f} to {high:.1f} s, not {swarm} s "
         f"({1e3 * swarm / POINTS:.0f} ms each). What DPSOIJ takes beyond IJ, "

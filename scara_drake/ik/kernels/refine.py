@@ -109,10 +109,15 @@ def _damped_step(system: Equations, damping: float) -> None:
 def refine_kernel(
     q: Array, goal: Goal, descent: Descent, history: Array
 ) -> tuple[float, float, int, int]:
-    """Minimise |p_d - p|^2 + length^2 angle^2 from q (6,), in place (Levenberg-Marquardt).
+    r"""Minimise |p_d - p|^2 + length^2 angle^2 from q (6,), in place (Levenberg-Marquardt).
 
-    The paper's inverse Jacobian, (1) to (10), with damping where its (8) inverts a matrix of
-    deficient rank.
+    A step is the paper's inverse Jacobian, (1) to (10), with damping :math:`\mu`, as its (8)
+    inverts :math:`J J^\top`, which has no inverse for five joints:
+
+    .. math::
+
+        \Delta q = (J^\top W J + \mu I)^{-1}\, J^\top W\, e, \quad e = (e_p, e_\omega), \quad
+        W = \operatorname{diag}(1, \text{length}^2)
 
     Args:
         q: posture, in place.

@@ -1,4 +1,17 @@
-"""Particle swarm: the draws, one run of a swarm, and the traditional PSO."""
+r"""Particle swarm: the draws, one run of a swarm, and the traditional PSO.
+
+With the best posture p of a particle x, the best g of all, and draws r in [0, 1), an iteration is
+
+.. math::
+
+    v      &\leftarrow \omega v + c_1 r_1 (p - x) + c_2 r_2 (g - x)   \quad (18) \\
+    v      &\leftarrow \omega v + c_2 r_2 (g - x)                     \quad (24) \\
+    x      &\leftarrow x + v                                          \quad (19) \\
+    \omega &\leftarrow \omega_d\,\omega                               \quad (53)
+
+with (18) for the first swarm and (24) for the second. Each entry of v is clamped to a share of its
+joint's range, each entry of x to that range.
+"""
 
 from __future__ import annotations
 
