@@ -70,13 +70,12 @@ def metadata(built: Path) -> Message:
 def in_checkout() -> dict[str, bytes]:
     """What the wheel has to hold, by name."""
     expected = {}
-    for folder in ("scara_drake", *SHIPPED):
-        prefix = f"scara_drake/{folder}/" if folder in SHIPPED else "scara_drake/"
-        for path in (CHECKOUT / folder).rglob("*"):
+    for source, target in {"scara_drake": "scara_drake", **SHIPPED}.items():
+        root = CHECKOUT / source
+        for path in root.rglob("*") if root.is_dir() else (root,):
             if path.is_file() and "__pycache__" not in path.parts:
-                expected[prefix + path.relative_to(CHECKOUT / folder).as_posix()] = (
-                    path.read_bytes()
-                )
+                name = (Path(target) / path.relative_to(root)).as_posix()
+                expected[name] = path.read_bytes()
     return expected
 
 
@@ -97,7 +96,7 @@ def test_the_source_distribution_builds_the_same_wheel(built, unpacked, tmp_path
 
 def test_the_source_distribution_has_what_is_kept_and_nothing_that_is_made(unpacked):
     top = {path.name for path in unpacked.iterdir()}
-    assert {"LICENSE", "README.md", "constraints.txt", "tests", "scara_drake", *SHIPPED} <= top
+    assert {"LICENSE", "README.md", "constraints.txt", "tests", "scara_drake"} <= top
     made = {"runs", "build", "dist", ".venv", ".git", "__pycache__", ".pytest_cache", ".hypothesis"}
     names = {part for path in unpacked.rglob("*") for part in path.relative_to(unpacked).parts}
     assert names & made == set()
