@@ -52,7 +52,7 @@ def run_swarm(swarm, q, X, state, x=None, seeded=0, box=(LOWER, UPPER), toleranc
     return out, x, costs, history
 
 
-SWARM = ik.PAPER.single._replace(particles=30, iterations=60)
+SWARM = ik.Swarm(30, 60, 1.0, 0.99, 1.5, 2.0, 0.1, 0, 1.0, 1.0)
 
 
 def test_a_swarm_improves_and_returns_its_bests_in_order():

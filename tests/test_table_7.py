@@ -11,6 +11,7 @@ from scara_drake.experiments.inverse_kinematics import swarm_search, swarm_sets,
 from scara_drake.experiments.inverse_kinematics.swarm_readings import Coefficients, Law
 from scara_drake.experiments.inverse_kinematics.swarm_statements import COUNTS, STATEMENTS, Size
 from scara_drake.experiments.plots.table_7 import table_7 as picture
+from scara_drake.experiments.quantity import Quantity
 from scara_drake.ik import PAPER
 
 OWN = Law(False, False, False, False, False, 48)
@@ -136,6 +137,7 @@ def test_it_judges_what_it_is_given():
     work, path = table_7.claims(data)[-2:]
     for claim, factor in ((work, 0.7), (path, 6.0)):
         assert claim.verdict == NOT_REPRODUCED
+        assert isinstance(claim.paper, Quantity)
         assert replace(claim, paper=claim.paper.scaled(factor)).verdict == REPRODUCED
 
 
