@@ -15,6 +15,7 @@ extensions = [
     "site_extension",
 ]
 root_doc = "index"
+smartquotes_action = "D"  # dashes alone: a quote in a table is a value
 
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
@@ -25,6 +26,7 @@ nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # no script of another host
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
+autodoc_type_aliases = {"ArrayLike": "ArrayLike"}
 autodoc_preserve_defaults = True
 python_maximum_signature_line_length = 88
 napoleon_numpy_docstring = False

@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 
 # Code and equations, and any other bar.
 BAR = re.compile(r":math:`[^`]*`?|``.*?``|`[^`]*`|\|")
-PORT = re.compile(r"^ +(?:optional )?(?:inputs?|outputs?) ")
+HEAD = re.compile(r"(Ports|Input ports|Output ports)\b")
 
 
 def mathml(tex: str, display: str) -> str:
@@ -37,19 +37,19 @@ def list_ports(
 ) -> None:
     """Make a list of the ports in a docstring, which has one a line below "Ports:"."""
     written: list[str] = []
-    inside = False
+    below, depth = False, 0  # a head, and the indentation of its list once that has begun
     for line in lines:
-        if inside and PORT.match(line):
-            if not written[-1].startswith("* ") and written[-1]:
+        indent = len(line) - len(line.lstrip())
+        if below and indent:
+            if not depth:
+                depth = indent
                 written.append("")
-            written.append("* " + line.strip())
+            written.append(("* " if indent == depth else "  ") + line.strip())
             continue
-        if inside and written[-1].startswith(("* ", "  ")) and line.startswith("  "):
-            written.append("  " + line.strip())
-            continue
-        inside = line.startswith("Ports") or (inside and written[-1:] != [""])
-        if line.strip() and written and written[-1].startswith(("* ", "  ")):
+        if depth and line:
             written.append("")
+        below = HEAD.match(line) is not None or (below and not depth and bool(line))
+        depth = 0
         written.append(line)
     lines[:] = written
 
