@@ -9,11 +9,14 @@ names notebook and cell. A cell that writes to stderr has failed too: a warning 
 from __future__ import annotations
 
 import argparse
+import fcntl
 import hashlib
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,15 +43,26 @@ def names() -> list[str]:
 
 def digest(name: str) -> str:
     """Return a hash of a notebook and of everything that its results may depend on."""
-    found = hashlib.sha256((SOURCES / f"{name}.ipynb").read_bytes())
-    for path in _package():
-        found.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
-    return found.hexdigest()
+    notebook = (SOURCES / f"{name}.ipynb").read_bytes()
+    return hashlib.sha256(_package() + notebook).hexdigest()
 
 
-def _package() -> Iterator[Path]:
-    for folder in ("scara_drake", "diagrams", "models", "profiles", "examples"):
-        yield from sorted(p for p in (ROOT / folder).rglob("*") if p.suffix in SUFFIXES)
+@cache
+def _package() -> bytes:
+    found = hashlib.sha256()
+    for folder in ("scara_drake", "diagrams", "models", "profiles"):
+        for path in sorted(p for p in (ROOT / folder).rglob("*") if p.suffix in SUFFIXES):
+            found.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
+    return found.digest()
+
+
+@contextmanager
+def _alone(name: str) -> Iterator[None]:
+    """Let one process at a time execute a notebook; the next one finds its copy."""
+    EXECUTED.mkdir(parents=True, exist_ok=True)
+    with (EXECUTED / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def execute(name: str) -> Path:
@@ -58,24 +72,24 @@ def execute(name: str) -> Path:
         NotebookError: a cell failed, took too long, or wrote to stderr; no copy is left then.
     """
     made, wanted = EXECUTED / f"{name}.ipynb", digest(name)
-    if made.is_file() and read(made).metadata.get(DIGEST) == wanted:
+    with _alone(name):
+        if made.is_file() and read(made).metadata.get(DIGEST) == wanted:
+            return made
+        made.unlink(missing_ok=True)
+        notebook = read(SOURCES / f"{name}.ipynb")
+        begin = time.perf_counter()
+        run(notebook, name)
+        notebook.metadata[DIGEST] = wanted
+        half = made.with_suffix(".half")
+        nbformat.write(notebook, half)
+        half.replace(made)
+        sys.stdout.write(f"{name}: {time.perf_counter() - begin:.0f} s\n")
         return made
-    made.unlink(missing_ok=True)
-    notebook = read(SOURCES / f"{name}.ipynb")
-    begin = time.perf_counter()
-    run(notebook, name)
-    notebook.metadata[DIGEST] = wanted
-    EXECUTED.mkdir(parents=True, exist_ok=True)
-    half = made.with_suffix(".half")
-    nbformat.write(notebook, half)
-    half.replace(made)
-    sys.stdout.write(f"{name}: {time.perf_counter() - begin:.0f} s\n")
-    return made
 
 
 def read(path: Path) -> Any:
     """Return a notebook."""
-    return nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]  # has no types
+    return nbformat.read(path, as_version=4)
 
 
 def run(notebook: Any, name: str) -> None:

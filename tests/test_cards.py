@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,7 +65,7 @@ def study(name: str) -> sd.Study:
     return study
 
 
-SHOWN = {
+SHOWN: dict[str, Callable[[str], Any]] = {
     "scenario": lambda text: Scenario(description=text),
     "study": study,
     "claim": claim,

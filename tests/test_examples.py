@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import runpy
 import sys
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
@@ -133,7 +135,58 @@ def check_step_loop(ran: Ran) -> None:
     assert abs(reward) < 1e-3
 
 
+def check_gymnasium(ran: Ran) -> None:
+    for seed in (1, 3):
+        touched, steps, force = ran.numbers(f"seed {seed}: touched in step")
+        assert 0 < touched < steps == 100
+        assert force == pytest.approx(40.0, abs=0.5)
+    env, episode = ran.names["make_env"](), ran.names["episode"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(env.unwrapped, skip_render_check=True)
+    first, again, other = (episode(env, seed) for seed in (1, 1, 3))
+    for (seen, reward), (seen_again, reward_again) in zip(first, again, strict=True):
+        np.testing.assert_array_equal(seen, seen_again)
+        assert reward == reward_again
+    assert not np.array_equal(first[-1][0], other[-1][0])  # another seed, another wall
+    assert first[-1][1] > -0.02 > first[0][1] == -1.0
+
+
+def check_camera(ran: Ran) -> None:
+    names = ran.names
+    (moved,) = ran.numbers("pixels that the arm")
+    assert moved > 500
+    focal = names["HEIGHT"] / 2 / np.tan(names["VIEW"] / 2)
+    seen = (names[key] for key in ("pictures", "labels", "postures"))
+    for picture, labels, q in zip(*seen, strict=True):
+        assert np.isin(names["links"][1:], labels).all()
+        reddest = picture[labels == names["links"][3]].astype(float).mean(axis=0)
+        assert reddest[0] > 2 * reddest[2]  # the forearm is orange
+        # The tool point is seen where a pinhole sees it, at the rim of the last link.
+        tool = sd.kinematics.forward_kinematics(q)[:3, 3]
+        x, y, depth = names["looking"](names["EYE"], names["TARGET"]).inverse() @ tool
+        column = names["WIDTH"] / 2 + focal * x / depth
+        row = names["HEIGHT"] / 2 + focal * y / depth
+        rows, columns = np.nonzero(labels == names["links"][5])
+        assert np.hypot(rows - row, columns - column).min() < 5.0
+    shown = [line for line in ran.text.splitlines() if line.startswith("t = ")]
+    away = float(re.findall(NUMBER, shown[-1])[-1])
+    assert away == pytest.approx(depth, abs=0.4)
+
+
+def check_builder(ran: Ran) -> None:
+    least, most = ran.numbers("radius of the tool's way")
+    assert 99.0 < least <= most < 101.0
+    delay, off = ran.numbers("largest distance from the command of")
+    assert delay == 0.05
+    # A turn of 0.1 m in 6 s, which the reference and the arm follow within a tenth of a second.
+    assert 0.0 < off < 1e3 * 0.1 * 2 * np.pi / 6.0 * 0.1
+
+
 CHECKS: dict[str, Callable[[Ran], None]] = {
+    "camera": check_camera,
+    "gymnasium_env": check_gymnasium,
+    "own_builder": check_builder,
     "own_controller": check_controller,
     "own_coupling": check_coupling,
     "own_delay_law": check_delay_law,

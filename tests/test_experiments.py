@@ -68,6 +68,22 @@ def test_data_are_labelled_and_claims_complete(name):
         assert not any(verdict in claim.reason for verdict in VERDICTS)
 
 
+# What the paper states beside its claims: tolerances, times and gains of the laws, the postures.
+STATED = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 11.0, 12.0, 0.0175, 2.303, 4.605}
+
+
+@each
+def test_a_bound_that_the_paper_does_not_have_is_called_ours(name):
+    for claim in small(name).claims:
+        if claim.criterion is None or claim.source == OURS:
+            continue
+        words = re.sub(r"[(][0-9]+[)]|Tables? [0-9]+|Figures? [0-9]+", "", claim.criterion.text)
+        numbers = {float(number) for number in re.findall(r"(?<![\w.])[0-9]+(?:[.][0-9]+)?", words)}
+        paper = {float(n) for n in re.findall(r"[0-9]+(?:[.][0-9]+)?", text(claim.paper))}
+        if re.search(r"%|factor|times", words) or numbers - paper - STATED:
+            assert re.search(r"\bours?\b", words), (claim.statement, words)
+
+
 @each
 def test_a_seed_gives_the_same_bits(name):
     brief = name in BRIEF

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.text import Text
 from small_experiments import small
 
 from scara_drake import metrics
@@ -62,6 +61,15 @@ def curve(name: str, label: str, axes: int = 0) -> tuple[np.ndarray, np.ndarray]
     return np.asarray(lines[0].get_xdata(), dtype=np.float64), y_of(lines[0])
 
 
+def words(figure: Figure) -> list[str]:
+    """What is written in a picture, but for numbers and units."""
+    (legend,) = figure.legends
+    found = [text.get_text() for text in legend.get_texts()]
+    for ax in figure.axes:
+        found += [ax.get_title("left"), *(label.get_text() for label in ax.get_xticklabels())]
+    return found
+
+
 def test_every_curve_of_the_paper_is_drawn():
     assert [*FIGURES] == [*range(8, 31)]
 
@@ -85,7 +93,7 @@ def test_a_picture_shows_every_run_with_units(name):
         assert re.fullmatch(r"|iteration|point|time \[s\]|x \[m\]", ax.get_xlabel())
     assert figure.axes[0].get_ylabel()
     assert figure.axes[-1].get_xlabel() or name.startswith("table")
-    texts = " ".join(text.get_text() for text in figure.findobj(Text))
+    texts = " ".join(words(figure))
     dim = NAMED.get(name)
     for value in data[dim].values if dim else ():
         assert (f"{value:g}" if isinstance(value, float) else str(value)) in texts
@@ -135,7 +143,8 @@ def test_the_joints_along_the_paths(number):
     solvers = ["DPSO"] if number < 14 else ["literal DPSOIJ", "default DPSOIJ"]
     for ax, solver in zip(drawn(name).axes, solvers, strict=True):
         lines = [line for line in ax.get_lines() if "made from" not in str(line.get_label())]
-        assert len(lines) == data.sizes["path"]
+        rows = data.q.sel(solver=solver, joint=joint).values
+        assert {tuple(y_of(line)) for line in lines} == {tuple(row) for row in rows}
         largest = max(np.abs(np.diff(y_of(line))).max() for line in lines)
         assert largest == paths.steps(data.q.sel(solver=solver), [joint]).max()
         (shown,) = [line for line in lines if str(line.get_label()).startswith(solver)]
@@ -163,7 +172,10 @@ def test_the_sines(name, joints):
             if name == "figure 19":
                 peak = metrics.peak(error.sel(run=run, joint=f"theta{number}"))
                 assert np.abs(y[x >= 1.0]).max() == pytest.approx(float(peak))
-            else:  # 0.7854 rad at 1.25 rad/s, around wherever the joint begins
+            else:
+                measured = data.q_measured.sel(run=run, joint=f"theta{number}")
+                np.testing.assert_array_equal(y, measured)
+                # 0.7854 rad at 1.25 rad/s, around wherever the joint begins
                 wave = 0.7854 * np.sin(1.25 * x)
                 assert np.abs(y - y[0] - wave)[x >= 1.0].max() < 1e-3
 
@@ -251,6 +263,11 @@ def test_joint_2_under_each_reading(name, controllers):
 
 
 def test_what_is_left_of_a_step():
+    data = data_of("table 10")
+    for axes, disturbance in enumerate(data.disturbance.values):
+        for law in data.law.values:
+            left = abs(1.0 - data.x.sel(law=law, disturbance=disturbance))
+            np.testing.assert_array_equal(curve("table 10", str(law), axes)[1], left)
     x, left = curve("table 10", "ISMC")
     # The sliding motion e' = -c e with c = 1, and the paper's numbers within 3 %.
     for share, paper in ((0.1, 2.31), (0.01, 4.65)):

@@ -148,7 +148,8 @@ def table_12(seed: int = 0) -> Experiment:
 
 
 def _gains(table: str, seed: int, scenarios: tuple[str, ...]) -> Experiment:
-    claims, kept = [], {}
+    claims: list[Claim] = []
+    kept: dict[str, np.ndarray] = {}
     for name in scenarios:
         controller = load_scenario(name).controller
         if not isinstance(controller, IntegralSlidingMode):

@@ -137,7 +137,7 @@ def _equivalent(within: xr.Dataset) -> Claim:
         quantity({f"phi = {phi:g}": 100 * float(gap.sel(phi=phi)) for phi in LAYERS}, "%", "apart"),
         Criterion(
             f"u1 within {100 * CLOSE:g} % of the largest Psi in the thinnest layer, and nearer the "
-            "thinner it is (in kind: nearer)",
+            "thinner it is (in kind: nearer); the share is ours",
             float(gap.sel(phi=LAYERS[-1])) <= CLOSE and _falls(gap),
             _falls(gap),
         ),
@@ -155,7 +155,7 @@ def _decays(within: xr.Dataset) -> Claim:
         quantity({f"phi = {phi:g}": 100 * float(off.sel(phi=phi)) for phi in LAYERS}, "%", "off"),
         Criterion(
             f"sigma within {100 * CLOSE:g} % of sigma(0) of sigma(0) exp(-k t) in the thinnest "
-            "layer, and nearer the thinner it is (in kind: nearer)",
+            "layer, and nearer the thinner it is (in kind: nearer); the share is ours",
             float(off.sel(phi=LAYERS[-1])) <= CLOSE and _falls(off),
             _falls(off),
         ),

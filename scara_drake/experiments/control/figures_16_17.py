@@ -128,7 +128,8 @@ def questions(data: xr.Dataset) -> tuple[OpenQuestion, ...]:
 
 def _like_the_paper(error: Quantity) -> Criterion:
     return Criterion(
-        "within 10 % of the paper's in mm and N (in kind: between a quarter of it and four times)",
+        "within 10 % of the paper's in mm and N (in kind: between a quarter of it "
+        "and four times); both are ours",
         within(error, 0.1),
         within_factor(error, 4.0),
     )
@@ -151,7 +152,7 @@ def claims(data: xr.Dataset) -> list[Claim]:
             (nominal, others),
             Criterion(
                 "below 0.01 mm at rest with masses 30 % up and down too (in kind: with the nominal "
-                "ones)",
+                "ones); the bound is ours",
                 abs(plain) < 0.01 and max(np.abs(others.values)) < 0.01,
                 abs(plain) < 0.01,
             ),
@@ -202,7 +203,8 @@ def _weight(data: xr.Dataset, still: xr.DataArray, shown: dict[str, float]) -> C
         "because of its heavy weight, against gravity",
         quantity(shown, "mm"),
         Criterion(
-            "(m g - rho) / (k c) within 2 % for both masses (in kind: more weight, more error)",
+            "(m g - rho) / (k c) within 2 % for both masses (in kind: more weight, more "
+            "error); the share is ours",
             bool((abs(ratio - 1.0) <= 0.02).all()),
             raw < heavy,
         ),

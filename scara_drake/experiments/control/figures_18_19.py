@@ -158,7 +158,8 @@ def _quiet(change: xr.DataArray) -> Claim:
         None,
         quantity(rough, "N m a tick", "mean change of the torque of a joint", "at most"),
         Criterion(
-            f"below {QUIET:g} N m a tick of 1 ms on each of joints 2 to 6, after the first second",
+            f"below {QUIET:g} N m a tick of 1 ms on each of joints 2 to 6, after the first second; "
+            "the bound is ours",
             rough < QUIET,
         ),
         f"Over the other arms it is {float(change.max()):.3f} N m a tick at most.",
@@ -173,7 +174,7 @@ def _unlike(largest: xr.DataArray) -> Claim:
         quantity(worst, "mrad", "largest error of joints 2 to 6"),
         Criterion(
             f"below {1e3 * LARGER:g} mrad on each after the first second, with the gains and "
-            "inertias of the nominal arm",
+            "inertias of the nominal arm; the bound is ours",
             max(worst.values()) < 1e3 * LARGER,
         ),
         "The law has one nominal inertia a joint; the load is 0.1 m off the tool's axis.",

@@ -184,7 +184,7 @@ def _tracks(data: xr.Dataset) -> Claim:
         ),
         Criterion(
             "within 2 mm and 1 % of the amplitude for every payload and link mass (in kind: it "
-            "follows)",
+            "follows); the share is ours",
             bool(((tracked.peak <= allowed) & tracked.stable).all()),
             bool(tracked.stable.all()),
         ),

@@ -89,7 +89,7 @@ def _position(top: xr.DataArray) -> Claim:
         PAPER_POSITION,
         (largest, quantity(top.sel(solver=OUR_ROWS), "mm", f"{OUR_ROWS}, ours")),
         Criterion(
-            "every point of every path (in kind: within twice that)",
+            "every point of every path (in kind: within twice that, a factor of ours)",
             at_most(largest),
             at_most(largest, 2.0),
         ),
@@ -110,7 +110,7 @@ def _beyond(error: xr.DataArray, ours: xr.DataArray) -> Claim:
             quantity(ours, "rad", f"{OUR_ROWS}, ours"),
         ),
         Criterion(
-            "every point of every path (in kind: 90 % of them), begun at home",
+            "every point of every path (in kind: 90 % of them, a share of ours), begun at home",
             at_least(points),
             at_least(points, share=0.9),
         ),
@@ -151,7 +151,7 @@ def _orientation(error: xr.DataArray, statement: str, source: str) -> Claim:
             quantity(100 * share, "%", "of the points within"),
         ),
         Criterion(
-            "every point of every path (in kind: 90 % of them)",
+            "every point of every path (in kind: 90 % of them, a share of ours)",
             at_most(points),
             at_most(points, share=0.9),
         ),
@@ -177,7 +177,7 @@ def _first_point(error: xr.DataArray) -> Claim:
         ),
         Criterion(
             "at least 95 % after a first point within 0.0175 rad, at most 5 % after another (in "
-            "kind: more after a good one)",
+            "kind: more after a good one); both shares are ours",
             after_good >= 95 and after_bad <= 5,
             after_good > after_bad,
         ),

@@ -44,7 +44,7 @@ def _jumps(q: xr.DataArray) -> Claim:
         (top, some),
         Criterion(
             "the largest step of joints 3 and 4, as the drives would have to take it, within a "
-            f"factor of 1.5 (in kind: above {JUMP} rad)",
+            f"factor of 1.5 (in kind: above {JUMP} rad); both are ours",
             within_factor(top, 1.5),
             top.values[0] > JUMP,
         ),
@@ -67,7 +67,7 @@ def _smooth(data: xr.Dataset, solver: str, who: str, source: str) -> Claim:
         ),
         Criterion(
             "on every path no step beyond twice the largest that the path asks for (in kind: none "
-            f"above {JUMP} rad)",
+            f"above {JUMP} rad); both bounds are ours",
             bool((ratio <= 2.0).all()),
             bool((largest <= JUMP).all()),
         ),

@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from scara_drake import ik, kinematics
 from scara_drake.experiments.claim import (
@@ -33,6 +34,8 @@ from scara_drake.experiments.reading import OpenQuestion, Reading
 from scara_drake.ik.result import ROTATION_TOLERANCE
 from scara_drake.joints import LOWER, UPPER
 from scara_drake.recordings.labels import labelled
+
+Array = NDArray[np.float64]
 
 ROWS, JOINTS = ("position", "full"), ("arm", "full")
 LITERAL_ITERATIONS = 100  # of (8) as it is written; Newton's method has met its pose long before
@@ -70,13 +73,10 @@ def run(seed: int = 0, starts: int = 16) -> Experiment:
         )  # fmt: skip
         wall_time[index] = time.perf_counter() - begin
         q[index], iterations[index] = answer.q, answer.iterations
-    q_literal = [literal_inverse.iterate(X_WE, q_start, j, LITERAL_ITERATIONS) for j in JOINTS]
     J = kinematics.jacobian(q_start)[..., 1:]  # of the arm, as in (2)
     X = kinematics.forward_kinematics(q)
     position, rotation = kinematics.pose_error(X_WE[:, np.newaxis], X)
-    literal = kinematics.pose_error(
-        X_WE[:, np.newaxis], kinematics.forward_kinematics(np.array(q_literal))
-    )
+    literal = _literal_errors(X_WE, q_start)
     dims = ("rows", "joints", "posture", "start")
     data = xr.Dataset(
         {
@@ -107,6 +107,12 @@ def run(seed: int = 0, starts: int = 16) -> Experiment:
         attrs={"seed": seed, "mast_height": REFERENCE_HEIGHT},
     )
     return Experiment("Table 6", data, claims(data), questions(data))
+
+
+def _literal_errors(X_WE: Array, q_start: Array) -> tuple[Array, Array]:
+    """Errors (joints, posture, start) [m], [rad] by (8) as it is written."""
+    q = [literal_inverse.iterate(X_WE, q_start, joints, LITERAL_ITERATIONS) for joints in JOINTS]
+    return kinematics.pose_error(X_WE[:, np.newaxis], kinematics.forward_kinematics(np.array(q)))
 
 
 def claims(data: xr.Dataset) -> list[Claim]:
@@ -235,7 +241,7 @@ def _both(full: xr.Dataset) -> Claim:
         PAPER_SOLVED,
         share,
         Criterion(
-            "no start ends within both tolerances (in kind: fewer than 90 %)",
+            "no start ends within both tolerances (in kind: fewer than 90 %, a share of ours)",
             at_most(share),
             share.values[0] < 90,
         ),
@@ -272,7 +278,7 @@ def _cost(rows: xr.Dataset, ours: xr.Dataset) -> list[Claim]:
             f"IJ takes {ITERATIONS} iterations",
             PAPER_COUNT,
             (count, other),
-            Criterion("within a factor of two", within_factor(count, 2.0)),
+            Criterion("within a factor of two, which is ours", within_factor(count, 2.0)),
             f"The paper has the same {ITERATIONS} in each row, as when a budget ends; here it ends "
             f"in {end:.0f} % of the starts, and in the others the iterations stop where they "
             "gain nothing more.",

@@ -1,9 +1,10 @@
 """Table 7, whose values are lost: which coefficients agree with what the paper reports.
 
-The search (`benchmarks/search_table_7.py`) leaves its candidates in `table_7.csv`. Here the nearest
-of them run again, on seeds that no search has seen, beside the coefficients of a MATLAB listing
-that many copy, whose details the paper shares: a best of infinity to begin with, no velocity at
-first, an inertia multiplied by a constant in each iteration. They are the parameter set "paper".
+The search (`benchmarks/search_table_7.py`) leaves its candidates in `table_7.csv`. Here run again,
+on seeds that no search has seen: the nearest of them; the nearest under the reading that the
+package's swarms follow, which is their parameter set "paper"; and the coefficients of a MATLAB
+listing that many copy and whose details the paper shares: a best of infinity to begin with, no
+velocity at first, an inertia multiplied by a constant in each iteration.
 """
 
 from __future__ import annotations
@@ -35,16 +36,15 @@ from scara_drake.experiments.inverse_kinematics.swarm_statements import (
 )
 from scara_drake.experiments.inverse_kinematics.table_7_readings import questions
 from scara_drake.experiments.quantity import Quantity, quantity
-from scara_drake.ik.options import PAPER
 from scara_drake.recordings.labels import labelled
 
 UNSEEN: Final = 90_000_000  # behind all seeds of the search and of its check
 BEST: Final = "best of the search"
 LISTING: Final = "MATLAB listing"
-LISTED: Final = Coefficients(*PAPER.single[2:7], after=0, patience=PAPER.pso2.iterations)
+PACKAGE: Final = 'parameters="paper"'
+LISTED: Final = Coefficients(1.0, 0.99, 1.5, 2.0, 0.1, after=0, patience=150)
 LISTED_LAW: Final = Law(False, False, False, False, True, 48)
 QUANTILES: Final = (0.05, 0.5, 0.95)
-EXTRA: Final = 2  # further sets of the search that are run again
 
 
 def run(seed: int = 0, draws: int = 12, paths: int = 8) -> Experiment:
@@ -56,7 +56,8 @@ def run(seed: int = 0, draws: int = 12, paths: int = 8) -> Experiment:
         paths: trajectories, of which two points are solved.
     """
     rows = read()
-    sets = {BEST: rows[0], **{f"number {k + 2}": rows[k + 1] for k in range(EXTRA)}}
+    package = next(row for row in rows if row.phase == "package")
+    sets = {BEST: rows[0], PACKAGE: package}
     shown = {name: (row.law, row.coefficients, row.counting) for name, row in sets.items()}
     shown[LISTING] = (LISTED_LAW, LISTED, -1)
     found, missed, counting = [], [], []
@@ -138,7 +139,8 @@ def claims(data: xr.Dataset) -> list[Claim]:
         _all_at_once(data),
         *(_statement(data, name, one) for name, one in STATEMENTS.items()),
         _holds_unseen(data),
-        _listing(data),
+        _as_well(data, PACKAGE),
+        _as_well(data, LISTING),
         _work_against_counts(),
         _tables_8_and_9(),
     ]
@@ -240,22 +242,21 @@ def _holds_unseen(data: xr.Dataset) -> Claim:
     )
 
 
-def _listing(data: xr.Dataset) -> Claim:
+def _as_well(data: xr.Dataset, name: str) -> Claim:
     best = quantity(data.misfit.sel(set=BEST).sum(), "misfit", BEST)
-    listed = quantity(data.misfit.sel(set=LISTING).sum(), "misfit", LISTING)
-    met = _met(data, LISTING)
+    now = quantity(data.misfit.sel(set=name).sum(), "misfit", name)
+    met = _met(data, name)
+    one = ", ".join(f"{k} {value:.{DIGITS}g}" for k, value in best_set(data, name).items())
     return Claim(
-        "The coefficients of the MATLAB listing fit as well as the best of the search",
+        f"The coefficients of {name} fit as well as the best of the search",
         best,
-        listed,
+        now,
         Criterion(
             "a misfit no more than a quarter larger (in kind: half)",
-            at_most(listed, 1.25),
-            at_most(listed, 1.5),
+            at_most(now, 1.25),
+            at_most(now, 1.5),
         ),
-        f"omega {LISTED.inertia}, omega_d {LISTED.damping}, c1 {LISTED.personal}, c2 "
-        f"{LISTED.social}, v_max {LISTED.speed} of the range. It meets: "
-        f"{', '.join(met) or 'none'}.",
+        f"{one[0].upper()}{one[1:]}. It meets: {', '.join(met) or 'none'}.",
         OURS,
     )
 
