@@ -12,7 +12,7 @@ from sphinx.application import Sphinx
 
 # Code and equations, and any other bar.
 BAR = re.compile(r":math:`[^`]*`?|``.*?``|`[^`]*`|\|")
-HEAD = re.compile(r"(Ports|Input ports|Output ports)\b")
+HEAD = re.compile(r"(Ports|Input ports?|Output ports?)\b")
 
 
 def mathml(tex: str, display: str) -> str:
