@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
-from numba import njit
+from numba import float64, njit, typeof, types, void
 
 from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.ends import Coupling
@@ -27,7 +28,6 @@ AXIS = 1
 T, X_M, F_M, X_S, F_ENV, E_IN_M, E_OUT_M, E_IN_S, E_OUT_S, RX_M, RX_S, X_HAND, F_APPLIED = range(13)
 
 
-@njit
 def run(
     master_kernel, slave_kernel, c_master, c_slave, mem_m, mem_s, sizes, waypoints, sweep, device,
     arrive_up, arrive_down, wall, limiter, lag, e_up, e_down, result,
@@ -89,6 +89,19 @@ def run(
         result[k, 12] = f_old[AXIS]
 
 
+@cache
+def compiled(signature):
+    """The loop; the kernels are passed by their addresses, so couplings of like types share it."""
+    return njit(signature)(run)
+
+
+def kernel_type(kernel, arrays):
+    """The type of a kernel that takes so many arrays; it is compiled, or loaded from its cache."""
+    passed = (float64[::1],) * arrays
+    kernel.compile(passed)
+    return types.FunctionType(kernel.overloads[passed].signature)
+
+
 @dataclass
 class Rig:
     """The standard case of the bilateral studies; all fields in SI units."""
@@ -121,9 +134,7 @@ class Rig:
         master = coupling.make_master(PERIOD, self.limit).declaration
         slave = coupling.make_slave(PERIOD, np.zeros(8), self.bandwidth).declaration
         exchange = coupling.exchange()
-        run(
-            master.update,
-            slave.update,
+        arguments = [
             master.parameters["constants"],
             slave.parameters["constants"],
             np.array(master.memory["memory"].initial),
@@ -140,7 +151,10 @@ class Rig:
             -1 if e_up is None else PACKET.size + e_up.start,
             -1 if e_down is None else PACKET.size + e_down.start,
             result,
-        )
+        ]
+        kernels = kernel_type(master.update, 7), kernel_type(slave.update, 8)
+        loop = compiled(void(*kernels, *map(typeof, arguments)))
+        loop(master.update, slave.update, *arguments)
         return result
 
 

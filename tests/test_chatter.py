@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from kinds import of_kind
 from pydrake.multibody.plant import MultibodyPlant
@@ -130,6 +130,11 @@ exponents = st.lists(st.floats(-1.0, 4.0), min_size=6, max_size=6)
 log_gains = exponents.map(lambda x: 10.0 ** np.array(x))
 
 
+HEAVY = robot.RobotModel(mass_scale=[10.0] * 6)
+FAST = [np.full(6, gain) for gain in (6000.0, 1300.0, 600.0)]  # c, k, r
+
+
+@example(*FAST, 1.46, HEAVY)  # its integral is too fast: what grows has four samples a period
 @examples(8)
 @given(log_gains, log_gains, log_gains, st.floats(0.05, 1.9), robots())
 def test_within_the_rule_no_effort_flips_on_the_robot_that_is_simulated(c, k, r, number, model):
@@ -140,8 +145,9 @@ def test_within_the_rule_no_effort_flips_on_the_robot_that_is_simulated(c, k, r,
     check_chatter("controller", Slopes(M_HAT, c, k, r, np.ones(6)), TS, model)
     for inverse in inverse_mass_matrices(model)[::211]:
         modes = np.linalg.eigvals(sampled_arm(inverse, c, k, r))
-        # Slow modes may grow, where the integral is too fast for a heavy robot; none that flips.
-        assert (np.abs(modes[np.abs(np.angle(modes)) > 0.5]) < 1.0).all()
+        # Where the integral is too fast for a heavy robot modes may grow, with three samples a
+        # period or more (2 pi / 3 for a joint alone with c T_s without bounds); none that flips.
+        assert (np.abs(modes[np.abs(np.angle(modes)) > 2.5]) < 1.0).all()
 
 
 @examples(4)

@@ -1,6 +1,8 @@
 """What a command says before it runs: what is not used, who commands, what cannot be written."""
 
+import logging
 import os
+import sys
 import warnings
 
 import pytest
@@ -81,6 +83,17 @@ def test_who_commands_is_said(capsys, tmp_path, device):
     _, said = run(capsys, tmp_path, "free_motion", "--set", setting)
     line = "Operator: trace operator_trace.csv"
     assert line + (", as no joystick is plugged in" if device == "auto" else "") + "\n" in said.err
+
+
+def test_it_is_said_once_where_drake_has_a_handler_of_its_own(capsys, tmp_path):
+    root, handler = logging.getLogger(), logging.StreamHandler(sys.stderr)
+    root.addHandler(handler)
+    try:
+        _, said = run(capsys, tmp_path, "free_motion", "--set", "operator.device=trace")
+    finally:
+        root.removeHandler(handler)
+    assert said.err.count("Operator:") == 1
+    assert logging.getLogger("scara_drake").propagate
 
 
 def test_an_output_that_cannot_be_written_is_found_before_the_run(capsys, tmp_path, monkeypatch):

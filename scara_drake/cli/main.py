@@ -65,6 +65,8 @@ def _told(console: Console) -> Iterator[None]:
     )
     notes.addHandler(handler)
     notes.setLevel(logging.INFO)
+    # The scene gives the root logger a handler of its own, which would tell it a second time.
+    propagates, notes.propagate = notes.propagate, False
     with warnings.catch_warnings():
         before = warnings.showwarning
         warnings.showwarning = show
@@ -73,6 +75,7 @@ def _told(console: Console) -> Iterator[None]:
             yield
         finally:
             notes.removeHandler(handler)
+            notes.propagate = propagates
 
 
 def _module_of(command: str, name: str, extra: str) -> Any:

@@ -32,10 +32,11 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def put(vector: Array, records: Array, row: int, start: int) -> None:
-    """Write a vector into a row, from `start`."""
+def put(vector: Array, records: Array, row: int, start: int) -> int:
+    """Write a vector into a row, from `start`; return where the next one goes."""
     for i in range(vector.size):
         records[row, start + i] = vector[i]
+    return start + vector.size
 
 
 @njit(cache=True)

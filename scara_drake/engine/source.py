@@ -80,11 +80,11 @@ def _until_tick(w: Writer) -> None:
 def _sample(w: Writer) -> None:
     """Write how a sample is recorded."""
     w.line("times[row] = log_due")
-    start = 0
+    # No numbers: numba would compile `put` anew for each of them.
+    w.line("start = 0")
     for buffer in w.graph.recorded:
         w.need(buffer)
-        w.line(f"put({w.buffer(buffer)}, records, row, {start})")
-        start += buffer_size(w.graph, buffer)
+        w.line(f"start = put({w.buffer(buffer)}, records, row, start)")
     w.line("row += 1")
     w.line("logged += 1")
     w.line("log_due = logged * log_period")

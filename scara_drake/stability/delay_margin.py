@@ -162,7 +162,7 @@ def grows(mass_ratio: ArrayLike, gains: Array, delay: ArrayLike) -> NDArray[np.b
     free = gains.copy()
     g = GAINS.unpack(free)
     g.effort[:], g.clamp[:] = np.inf, np.inf
-    rig = make_rig(inertia=g.m_hat / mass_ratio, delay=delay)
+    rig = make_rig(inertia=g.m_hat / np.asarray(mass_ratio, dtype=float), delay=delay)
     at_rest = np.zeros((BLOCKS * TICKS + 1, 2, gains.shape[1]))
     x = simulate("ISMC", free, rig, at_rest, start=KICK).x[1:]
     peaks = np.abs(x).reshape(BLOCKS, TICKS, -1).max(axis=1)
