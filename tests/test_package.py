@@ -21,13 +21,11 @@ from markdown_it import MarkdownIt
 import scara_drake
 
 CHECKOUT = Path(__file__).parents[1]
-SHIPPED = (
-    "diagrams",
-    "models",
-    "profiles",
-)  # beside the package in a checkout, inside it in a wheel
-PROJECT = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
-MOST = 4e6  # [B] of each file
+SETTINGS = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())
+PROJECT = SETTINGS["project"]
+# Beside the package in a checkout, inside it in a wheel.
+SHIPPED = SETTINGS["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+MOST = 6e6  # [B] of each file
 
 
 def build(root: Path, where: Path, *kinds: str) -> None:
