@@ -86,7 +86,7 @@ class Reference:
 
 def mujoco_steps(reference: Reference, period: float) -> dict[str, tuple[Steps, float]]:
     """Return MuJoCo's robot, step by step from Python and in C; and how far it is from Drake."""
-    import mujoco  # type: ignore[import-not-found,unused-ignore] # not in every environment
+    import mujoco
 
     spec = mujoco.MjSpec.from_file(str(resource("models", "scara6.urdf")))
     spec.option.timestep = period

@@ -65,7 +65,7 @@ def make_env() -> gymnasium.Env[np.ndarray, np.ndarray]:
         reward=reward,
         action_port_id="stick",
         observation_port_id="observation",
-        reset_handler=start,
+        reset_handler=start,  # type: ignore[arg-type]  # it is given the seed too
     )
     return gymnasium.wrappers.TimeLimit(env, STEPS)
 
