@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -190,7 +191,7 @@ def arm_onset(controller: IntegralSlidingMode, period: float, every: int = 1) ->
     return np.array([onset(m, gains) for m in inverse_mass_matrices()[::every]])
 
 
-def _least(fails: Callable[[Array, Array], ArrayLike], n: int, period: float) -> Array:
+def _least(fails: Callable[[Array, NDArray[Any]], ArrayLike], n: int, period: float) -> Array:
     """Least delays [s] (n,) at which loops fail, each found in quarters of a period, then bisected.
 
     Args:
