@@ -137,6 +137,7 @@ STEADFAST = {
     "PSO and DPSO meet both tolerances at all four postures (paper coefficients)": (
         "in so few draws a posture is never solved"
     ),
+    "Work of DPSO over PSO at each posture": "no factor makes four ratios ours that are apart",
     "IJ brings the position error below 1 mm (the arm with its mast)": FAR_AWAY,
     "IJ brings the position error below 1 mm (the 5-DOF arm alone)": FAR_AWAY,
     "IJ is not effective for position and orientation together": "ten times zero is zero",

@@ -118,10 +118,12 @@ def test_swarms_end_within_the_tolerances(name, solver):
         zip(TOLERANCES, (1e3 * data.position_error, data.rotation_error), strict=True)
     ):
         for posture in data.posture.values:
+            wanted = errors.sel(posture=posture).dropna("iteration")
             x, y = curve(name, f"posture {posture}", axes)
-            np.testing.assert_array_equal(x, np.arange(x.size))
-            np.testing.assert_array_equal(y, errors.sel(posture=posture)[: x.size])
-            assert y[-1] <= bound < y[0]
+            np.testing.assert_array_equal(x, np.arange(wanted.size))
+            np.testing.assert_array_equal(y, wanted)
+            assert not wanted.size or y[-1] <= bound < y[0]  # no draw of so few may succeed
+        assert errors.notnull().any()
 
 
 @pytest.mark.parametrize(

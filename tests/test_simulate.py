@@ -185,7 +185,7 @@ def test_an_interrupt_keeps_what_was_recorded(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("engine", "duration", "every"), [("drake", 3.0, 1), ("compiled", 150.0, 50)]
+    ("engine", "duration", "every"), [("drake", 3.0, 1), ("compiled", 150.0, 2)]
 )
 def test_memory_stays_flat_while_it_runs(tmp_path, engine, duration, every):
     """What is held between blocks does not grow with them: the samples are in the journal."""

@@ -132,7 +132,7 @@ def test_a_swarm_that_runs_on_gets_nearer_and_keeps_its_answer():
     assert len({first for first, _ in ends}) == 1
     # The sum is what it minimises, but the first inside may have led with a larger one.
     assert all(b <= a for (_, a), (_, b) in pairwise(ends))
-    assert ends[-1][1] < 0.3 * ends[0][1]
+    assert ends[-1][1] < 0.5 * ends[0][1]
 
 
 def test_m_is_equation_23_with_the_papers_own_time():

@@ -53,9 +53,10 @@ class Parameter:
         Raises:
             ValueError: it has none, or one twice.
         """
-        if not self.paths or not all(isinstance(path, str) and path for path in self.paths):
+        words = isinstance(self.paths, list) and all(isinstance(one, str) for one in self.paths)
+        if not (words and self.paths and all(self.paths)):
             shown = checks.shown(self.paths, quotes=False)
-            raise ValueError(f"{name}.paths: {shown}, allowed dotted paths of fields")
+            raise ValueError(f"{name}.paths: {shown}, allowed a list of dotted paths of fields")
         if len(set(self.paths)) < len(self.paths):
             raise ValueError(f"{name}.paths: one twice, allowed each once")
 
