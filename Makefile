@@ -57,4 +57,4 @@ svg: $(VENV)/.installed
 	$(BIN)/scara-drake diagrams --render diagrams
 
 clean:
-	rm -rf $(VENV) runs .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) build runs .pytest_cache .mypy_cache .ruff_cache

@@ -21,6 +21,7 @@ ROOT: Final = Path(__file__).parents[1]
 SOURCE: Final = ROOT / "build" / "site_source"
 SITE: Final = ROOT / "build" / "site"
 EXECUTED: Final = ROOT / "build" / "notebooks"
+MARK: Final = ".laid_out"  # in a folder that was laid out, whose other files may be removed
 
 # Pages that do not stand in docs/, and their names on the site.
 OUTSIDE: Final = {
@@ -124,9 +125,27 @@ def content(file: Path, wanted: list[Path], folder: Path) -> bytes:
     return (relinked(text, base, wanted, folder) if file.is_dir() else text).encode()
 
 
+def check_own(folder: Path) -> None:
+    """Accept a folder that is new, empty, or was laid out: what else is in it is removed.
+
+    Raises:
+        ValueError: otherwise.
+    """
+    own = folder == SOURCE or (folder / MARK).exists()
+    if folder.exists() and not own and (not folder.is_dir() or any(folder.iterdir())):
+        raise ValueError(f"--source: {folder}, allowed a folder that is new, empty or its own")
+
+
 def lay_out(folder: Path = SOURCE) -> None:
-    """Write the sources of the site, those that have changed, and remove what is no more."""
-    wanted, kept = list(pages()), set()
+    """Write the sources of the site, those that have changed, and remove what is no more.
+
+    Raises:
+        ValueError: the folder has other files, which would be removed.
+    """
+    check_own(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / MARK).touch()
+    wanted, kept = list(pages()), {folder / MARK}
     while wanted:
         file = wanted.pop()
         target = folder / place(file)
@@ -156,4 +175,8 @@ if __name__ == "__main__":
     parser.add_argument("--source", type=Path, default=SOURCE, help="where its pages are laid out")
     parser.add_argument("--site", type=Path, default=SITE, help="where it is written")
     options = parser.parse_args()
+    try:
+        check_own(options.source)
+    except ValueError as error:
+        parser.error(str(error))
     sys.exit(build(options.source, options.site))

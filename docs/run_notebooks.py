@@ -135,9 +135,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=2, help="how many side by side (2)")
     options = parser.parse_args(arguments)
     unknown = sorted(set(options.names) - set(names()))
-    if unknown or options.jobs < 1:
-        wrong = f"names: {', '.join(unknown)}" if unknown else f"jobs: {options.jobs}"
-        sys.stderr.write(f"{wrong}, allowed {', '.join(names())}, and 1 or more jobs\n")
+    wrong = f"NAME: {', '.join(unknown)}, allowed {', '.join(names())}" if unknown else ""
+    if options.jobs < 1:
+        wrong = f"--jobs: {options.jobs}, allowed 1 or more"
+    if wrong:
+        sys.stderr.write(f"{wrong}\n")
         return 2
     failed = False
     with ThreadPoolExecutor(options.jobs) as pool:

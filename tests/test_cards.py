@@ -192,3 +192,9 @@ def test_no_scene_is_opened_unasked(capsys):
         with cell.scene_of_run(nothing) as scene:
             assert scene is None
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("wrong", ["x", 1, 0, []])
+def test_what_is_no_meshcat_is_refused_in_one_line(wrong):
+    with pytest.raises(ValueError, match=r"^meshcat: .*, allowed True, False, None or .*Meshcat$"):
+        sd.simulate(sd.load_scenario("joint_sine"), duration=0.01, meshcat=wrong)

@@ -223,3 +223,5 @@ def test_an_error_names_notebook_and_cell(tmp_path, monkeypatch):
 def test_an_unknown_name_is_refused(capsys):
     assert run_notebooks.main(["09_nothing"]) == 2
     assert "09_nothing, allowed 01_robot_and_diagram" in capsys.readouterr().err
+    assert run_notebooks.main(["--jobs", "0"]) == 2
+    assert capsys.readouterr().err == "--jobs: 0, allowed 1 or more\n"

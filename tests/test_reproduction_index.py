@@ -125,4 +125,11 @@ def test_an_unknown_name_is_answered_by_those_there_are(name):
     with pytest.raises(ValueError, match=r"^--only: '.*', allowed table_1 to table_12, ") as error:
         select([name], EXPERIMENTS)
     assert "\n" not in str(error.value)
-    assert all(each in str(error.value) for each in EXPERIMENTS)
+    assert all(each in str(error.value) for each in EXPERIMENTS if not each[-1].isdigit())
+
+
+@pytest.mark.parametrize(("name", "near"), [("figure_99", ""), ("TABLE_3", "table_3")])
+def test_a_number_that_is_not_in_the_paper_is_near_to_no_other(name, near):
+    with pytest.raises(ValueError, match=r"^--only: ") as error:
+        select([name], EXPERIMENTS)
+    assert str(error.value).partition("did you mean ")[2] == (f"'{near}'?" if near else "")

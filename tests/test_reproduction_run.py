@@ -163,6 +163,7 @@ def test_what_raises_is_told_by_name_and_breaks_nothing_else(quick, monkeypatch,
         (["--only", "table_13"], "--only: 'table_13', allowed table_1 to table_12"),
         (["--jobs", "0"], "jobs: 0, allowed 1 to"),
         (["--seed", "-1"], "--seed: -1, allowed 0"),
+        (["--seed", "1000000001"], "--seed: 1000000001, allowed 0 to 1e+09"),
         (["--seed", "1", "--accept"], "--accept: with --seed 1, allowed with --seed 0"),
     ],
 )
@@ -172,6 +173,29 @@ def test_bad_arguments_are_one_line_and_write_nothing(quick, capsys, arguments, 
     assert said in error
     assert error.count("\n") == 1
     assert not (quick / "out").exists()
+
+
+def test_verdicts_that_cannot_be_kept_are_refused_before_anything_runs(quick, monkeypatch, capsys):
+    (quick / "file").write_text("")
+    monkeypatch.setattr(baseline, "PATH", quick / "file" / "baseline.yaml")
+    assert call(quick, "--accept") == 2
+    assert "--accept: " in capsys.readouterr().err
+    assert not (quick / "out").exists()
+
+
+def test_only_may_stand_more_than_once(quick, capsys):
+    call(quick, "--only", "table_1", "table_2", "--only", "table_3")
+    assert "3 experiments in" in capsys.readouterr().out
+
+
+def test_another_seed_is_said_where_a_verdict_differs(quick, monkeypatch, capsys):
+    said = "The known verdicts are those of seed 0; this was seed 7."
+    call(quick, "--accept")
+    assert call(quick, "--seed", "7") == 0
+    assert said not in capsys.readouterr().out
+    monkeypatch.setitem(EXPERIMENTS, "table_10", with_verdict("table_10", False))
+    assert call(quick, "--seed", "7") == 1
+    assert said in capsys.readouterr().out
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_the_run(quick, capsys):

@@ -211,6 +211,22 @@ def test_links_lead_to_the_same_on_the_site(tmp_path):
     assert ROOT / "examples" / "step_loop.py" in wanted
 
 
+def test_only_a_folder_of_its_own_is_laid_out(tmp_path):
+    other = tmp_path / "docs"
+    other.mkdir()
+    (other / "thesis.md").write_text("mine")
+    for wrong in (other, other / "thesis.md"):
+        with pytest.raises(ValueError, match=r"^--source: .*, allowed a folder that is new, "):
+            make_site.lay_out(wrong)
+    assert [file.name for file in other.iterdir()] == ["thesis.md"]
+    own = tmp_path / "own"
+    make_site.lay_out(own)
+    (own / "gone.md").write_text("a page that is no more")
+    make_site.lay_out(own)
+    assert not (own / "gone.md").exists()
+    assert (own / "index.md").exists()
+
+
 def test_the_command_line_page_is_that_of_the_parser():
     assert make_cli_reference.PAGE.read_text() == make_cli_reference.page(), (
         "run python docs/make_cli_reference.py"

@@ -7,6 +7,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 from rich.table import Table
@@ -25,7 +26,8 @@ from scara_drake.reproduction.selection import select
 from scara_drake.reproduction.watch import Watch
 from scara_drake.scenario import load_scenario, scenario_names
 
-DIFFERENT = 1  # exit status: an experiment broke off, or a verdict is not the known one
+MOST_SEED: Final = 10**9  # experiments count on from it
+DIFFERENT: Final = 1  # exit status: an experiment broke off, or a verdict is not the known one
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -54,7 +56,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
     written = [save_page(found, options.out), save_markdown(found, options.out)]
     _tell(found, console)
     console.print(f"Written: {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
-    console.print(f"{len(outcomes)} experiments in {time.perf_counter() - begin:.0f} s")
+    count = f"{len(outcomes)} experiment{'s' * (len(outcomes) != 1)}"
+    console.print(f"{count} in {time.perf_counter() - begin:.0f} s")
     if options.accept:
         baseline.write(known, now, EXPERIMENTS)
         console.print(f"Accepted: {baseline.PATH}", highlight=False, soft_wrap=True)
@@ -68,10 +71,12 @@ def _checked_jobs(options: argparse.Namespace) -> int:
     Raises:
         ValueError: one is out of its bounds.
     """
-    checks.number("--seed", options.seed, 0)
+    checks.number("--seed", options.seed, 0, MOST_SEED)
     if options.accept and options.seed != baseline.SEED:
         allowed = f"allowed with --seed {baseline.SEED}"
         raise ValueError(f"--accept: with --seed {options.seed}, {allowed}")
+    if options.accept:
+        check_output("--accept", baseline.PATH, baseline.PATH.suffix)
     for name in ("reproduction.html", "reproduction.md", f"{PICTURES}/figure.png"):
         check_output("--out", options.out / name, Path(name).suffix)
     return job_count(options.jobs)
@@ -104,3 +109,6 @@ def _tell(found: Contents, console: Console) -> None:
         console.print(f"broke off: {outcome.name}: {outcome.error}", markup=False, soft_wrap=True)
     for difference in found.differences:
         console.print(str(difference), markup=False, highlight=False, soft_wrap=True)
+    if found.differences and found.seed != baseline.SEED:
+        said = f"The known verdicts are those of seed {baseline.SEED}; this was seed {found.seed}."
+        console.print(said, highlight=False, soft_wrap=True)

@@ -19,6 +19,7 @@ from typing import Any, Final
 from pydrake.geometry import Meshcat
 from rich.console import Console
 
+from scara_drake.common.checks import shown
 from scara_drake.common.files import write_whole
 from scara_drake.display.page import publish_recording, start_recording
 from scara_drake.display.server import start_meshcat
@@ -68,7 +69,13 @@ def scene_of_run(meshcat: Meshcat | bool | None) -> Iterator[Meshcat | None]:
 
     The own one is in the cell while the context lasts, in a notebook, and leaves the recording
     there to be played; elsewhere its address is printed.
+
+    Raises:
+        ValueError: it is none of these.
     """
+    if not isinstance(meshcat, Meshcat | bool | None):
+        allowed = "True, False, None or a pydrake.geometry.Meshcat"
+        raise ValueError(f"meshcat: {shown(meshcat)}, allowed {allowed}")
     if meshcat is not True:
         yield meshcat or None
         return

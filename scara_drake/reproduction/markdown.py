@@ -8,6 +8,7 @@ from pathlib import Path
 
 from scara_drake.common.files import whole_file, write_whole
 from scara_drake.experiments import report
+from scara_drake.reproduction.baseline import SEED
 from scara_drake.reproduction.contents import (
     INTRODUCTION,
     Contents,
@@ -53,7 +54,7 @@ def markdown(found: Contents, folder: Path) -> str:
         lines += ["**Broke off:**", ""]
         lines += [f"- `{each.name}`: {each.error}" for each in found.failed] + [""]
     if found.differences:
-        lines += ["**Not as in the baseline:**", ""]
+        lines += [f"**Other than the known verdicts, those of seed {SEED}:**", ""]
         lines += [f"- {each}" for each in found.differences] + [""]
     for title, sections in found.chapters.items():
         lines += [f"- {title}: {', '.join(_link(section) for section in sections)}"]

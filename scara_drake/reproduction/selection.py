@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from scara_drake.common.checks import nearest, shown
 from scara_drake.reproduction.index import ENTRIES, NUMBERED, Entry
+
+FORM: Final = re.compile(rf"({'|'.join(NUMBERED)})s?_(\d{{1,3}})(?:_(\d{{1,3}}))?")
 
 
 @dataclass(frozen=True)
@@ -43,11 +46,7 @@ def select(names: Iterable[str], known: Collection[str]) -> Selection:
             chosen.add(name)
             entries += [entry for entry in ENTRIES if experiment_of(entry, known) == name]
         else:
-            raise ValueError(
-                f"--only: {shown(name)}, allowed table_1 to table_12, figure_1 to figure_30, "
-                f"equation_1 to equation_53, figures_16_17 and the like, {', '.join(known)}"
-                f"{nearest(name, known)}"
-            )
+            raise ValueError(_refused(name, known))
     if not wanted:
         return Selection(ENTRIES, tuple(known))
     chosen |= {experiment_of(entry, known) for entry in entries}
@@ -64,9 +63,18 @@ def experiment_of(entry: Entry, known: Collection[str]) -> str:
     return name if name in known else ""
 
 
+def _refused(name: str, known: Collection[str]) -> str:
+    """Return the line that answers a name that is unknown."""
+    ranges = ", ".join(f"{kind}_1 to {kind}_{last}" for kind, last in NUMBERED.items())
+    others = ", ".join(each for each in known if not FORM.fullmatch(each))
+    # A number that is none of the paper's has no word that it is near.
+    near = "" if FORM.fullmatch(name) else nearest(name, known)
+    return f"--only: {shown(name)}, allowed {ranges}, figures_16_17 and the like, {others}{near}"
+
+
 def _numbered(name: str) -> list[Entry]:
     """Return the entries with the numbers of such a name; none if it has another form."""
-    found = re.fullmatch(rf"({'|'.join(NUMBERED)})s?_(\d{{1,3}})(?:_(\d{{1,3}}))?", name)
+    found = FORM.fullmatch(name)
     if not found:
         return []
     kind, first, last = found[1], int(found[2]), int(found[3] or found[2])
