@@ -187,8 +187,8 @@ def _statement(data: xr.Dataset, name: str, one: Statement) -> Claim:
         quantity(one.paper[0], one.unit) if len(one.bound) > 1 else _named(one, one.paper),
         found,
         _criterion(one, found),
-        f"By the best set of coefficients, on unseen seeds ({one.place} of the paper). Of all "
-        f"candidates {alone} meet it.",
+        f"By the best set of coefficients, on unseen seeds ({one.place} of the paper). Met by "
+        f"{alone} of all candidates.",
     )
 
 

@@ -35,7 +35,7 @@ FIGURES: Final[dict[int, Picture]] = {
         "figures_8_9",
         partial(ik.convergence, solver="PSO"),
         "The best particle of PSO at each posture, in the first draw that meets both tolerances; "
-        "the coefficients are assumed, the paper's being lost.",
+        "the coefficients are those of our search, the paper's being lost.",
     ),
     9: Picture(
         "figures_8_9",
