@@ -246,8 +246,8 @@ def rotation_from_intrinsic_xyz(rpy: ArrayLike) -> Array:
 
         R = R_x(\text{roll})\, R_y(\text{pitch})\, R_z(\text{yaw})
 
-    This is the paper's convention (its Table 5 fits no other). Drake's RollPitchYaw is
-    Rz(yaw) Ry(pitch) Rx(roll).
+    This is the paper's convention: of 24 orders, only this one lets the arm with its mast meet all
+    four postures of Table 5. Drake's RollPitchYaw is Rz(yaw) Ry(pitch) Rx(roll).
     """
     angles = np.asarray(rpy, dtype=np.float64)
     if angles.ndim == 0 or angles.shape[-1] != 3:

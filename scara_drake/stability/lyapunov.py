@@ -1,7 +1,8 @@
 r"""The Lyapunov function V = s²/2 of equations (48) to (51), followed on recorded data.
 
-The paper proves :math:`\dot V < 0` for :math:`u_1 = K \operatorname{sign}(s)` and a plant gain
-:math:`b = \hat m / M` of 1. With :math:`\operatorname{sat}(s / \phi)`, and any b, the perturbation
+The paper's proof of :math:`\dot V < 0` holds for :math:`u_1 = K \operatorname{sign}(s)`, in the
+place of the sat(s) that it writes, and a plant gain :math:`b = \hat m / M` of 1. With
+:math:`\operatorname{sat}(s / \phi)`, and any b, the perturbation
 :math:`D = \Psi + (1 - b)\,k\,\sigma` takes the place of :math:`\Psi`:
 
 .. math::

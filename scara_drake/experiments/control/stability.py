@@ -92,9 +92,9 @@ def _falls(data: xr.Dataset) -> Claim:
             falls and bool((rising == 0.0).all()),
             falls and bool(_calm(data).within_bound.all()),
         ),
-        "(51) is written for sign(s), and (50) has lost the dot of s; with sat(s) of (37) it holds "
-        "outside the layer only. To leave it the joints were pushed, with rho within the drives: "
-        f"|s| came to {quantity(pushed)} phi.",
+        "The first inequality of (51) is right for sign(s); with the sat(s) of (37) and (50) it "
+        "holds outside the layer only. To leave it the joints were pushed, with rho within the "
+        f"drives: |s| came to {quantity(pushed)} phi.",
     )
 
 

@@ -187,8 +187,8 @@ def _statement(data: xr.Dataset, name: str, one: Statement) -> Claim:
         quantity(one.paper[0], one.unit) if len(one.bound) > 1 else _named(one, one.paper),
         found,
         _criterion(one, found),
-        f"By the best set of coefficients, on unseen seeds ({one.place} of the paper). Of all "
-        f"candidates {alone} meet it.",
+        f"By the best set of coefficients, on unseen seeds ({one.place} of the paper). Met by "
+        f"{alone} of all candidates.",
     )
 
 
@@ -266,30 +266,37 @@ def _as_well(data: xr.Dataset, name: str) -> Claim:
 
 
 def _work_against_counts() -> Claim:
-    """52 of 66 iterations, each with no more than N particles."""
+    """52 iterations and three first draws, 66 and one; none has more than N particles."""
     paper = quantity(
         float(np.mean((0.325, 0.29, 0.19, 0.22)) / np.mean((0.242, 0.21, 0.25, 0.28))), "times"
     )
-    bound = quantity(52 / 66, "times", bound="at most")
+    bound = quantity((52 + 3) / (66 + 1), "times", bound="at most")
+    share = bound.values[0] / paper.values[0]
     return Claim(
         "Time of DPSO over that of PSO, mean of Table 8",
         paper,
         bound,
         Criterion("the bound is not below it", at_least(bound)),
-        "With M < N no iteration of DPSO costs more than one of PSO, and it has 52 to 66 of them. "
-        "So 52 cannot count all that is timed, whatever the coefficients: it leaves out a stage.",
+        "If both begin with N particles, no iteration of DPSO costs more than one of PSO, as "
+        "M < N, and it has 52 to 66 of them, with the first draws 55 to 67; time that both spend "
+        "beside brings the ratio nearer to 1, never beyond. So 52 leaves out a stage that is "
+        f"timed, whatever the coefficients, unless PSO has fewer than {share:.0%} of the "
+        "particles of DPSO.",
     )
 
 
 def _tables_8_and_9() -> Claim:
     each = 0.2455 / (66 * 48)
-    total: Quantity = quantity(50 * 80 * 55 * each, "s")
+    spent = 50 * 80 * 55
+    total: Quantity = quantity({"N = 48": spent * each, "N = 80": spent * each * 48 / 80}, "s")
+    kindest = quantity(min(total.values), "s")
     return Claim(
         "A path of 50 points with 80 particles and 55 iterations each takes 2.89 s",
         quantity(2.89, "s"),
         total,
-        Criterion("within a factor of 2, ours", within_factor(total, 2.0)),
+        Criterion("the smaller within a factor of 2, ours", within_factor(kindest, 2.0)),
         f"An evaluation takes {1e6 * each:.0f} µs by Table 8: 0.2455 s, 66 iterations, N = 48 of "
-        "(20). So the times of Tables 8 and 9 and both counts cannot all be right, whatever the "
-        "coefficients.",
+        "(20); less if PSO has 80. So the times of Tables 8 and 9 and both counts cannot all be "
+        "right, whatever the coefficients. A start that is no iteration would have to take 0.18 to "
+        "0.21 s of each time in Table 8, where the shortest is 0.19 s in all.",
     )

@@ -75,7 +75,7 @@ def _excess(measured: Quantity) -> Claim:
         measured,
         Criterion("within a factor of 1.5, which is ours", within_factor(measured, 1.5)),
         f"By Table 8 one DPSO takes the paper {PAPER_SOLVE[0]} to {PAPER_SOLVE[1]} s, so {POINTS} "
-        f"points would take {low:.1f} to {high:.1f} s, not {swarm} s "
+        f"points would take {low:.1f} to {high:.0f} s, not {swarm} s "
         f"({1e3 * swarm / POINTS:.0f} ms each). What DPSOIJ takes beyond IJ, "
         f"{both - jacobian:.2f} s, is the time of one solution of Table 8.",
     )

@@ -35,7 +35,7 @@ FIGURES: Final[dict[int, Picture]] = {
         "figures_8_9",
         partial(ik.convergence, solver="PSO"),
         "The best particle of PSO at each posture, in the first draw that meets both tolerances; "
-        "the coefficients are assumed, the paper's being lost.",
+        "the coefficients are those of our search, the paper's being lost.",
     ),
     9: Picture(
         "figures_8_9",
@@ -64,7 +64,7 @@ FIGURES: Final[dict[int, Picture]] = {
     13: Picture(
         "figures_12_15",
         partial(ik.joint_path, joint="theta4", solvers=["DPSO"]),
-        "Joint 4 by DPSO on the same paths, which jumps with joint 3.",
+        "Joint 4 by DPSO on the same paths, which jumps too, at fewer points and by less.",
     ),
     14: Picture(
         "figures_12_15",
@@ -179,8 +179,8 @@ TABLES: Final[dict[int, Picture]] = {
         "table_6",
         ik.inverse_jacobian,
         "Where IJ ends from each random start: by all rows within both tolerances or at a "
-        "compromise, by the position rows at the position with any orientation, which is what "
-        "the paper's errors look like.",
+        "compromise, by the position rows mostly at the position with any orientation, which is "
+        "what the paper's errors look like.",
     ),
     7: Picture(
         "table_7",
@@ -211,8 +211,8 @@ EQUATIONS: Final[dict[int, Picture]] = {
     39: Picture(
         "equivalent_control",
         arm.equivalent,
-        "The control u1 of ISMC follows the perturbation, the closer the thinner the layer; the "
-        "paper's sign(s) has none.",
+        "The control u1 of ISMC follows the perturbation, the closer the thinner the layer; "
+        "sign(s), for which the paper's proof holds, has no layer.",
     ),
     42: Picture(
         "equivalent_control",
@@ -224,6 +224,6 @@ EQUATIONS: Final[dict[int, Picture]] = {
         "stability",
         arm.lyapunov,
         "V of each joint, which falls outside of the layer where the control exceeds the "
-        "perturbation; inside, where the paper's sign(s) has nothing, it rises too.",
+        "perturbation; inside, for which the paper's proof does not hold, it rises too.",
     ),
 }
