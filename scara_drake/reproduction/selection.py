@@ -43,9 +43,11 @@ def select(names: Iterable[str], known: Collection[str]) -> Selection:
             chosen.add(name)
             entries += [entry for entry in ENTRIES if experiment_of(entry, known) == name]
         else:
-            ranges = [f"{kind}_1 to {kind}_{last}" for kind, last in NUMBERED.items()]
-            allowed = ", ".join([*ranges, "figures_16_17 and the like", *known])
-            raise ValueError(f"--only: {shown(name)}, allowed {allowed}{nearest(name, known)}")
+            raise ValueError(
+                f"--only: {shown(name)}, allowed table_1 to table_12, figure_1 to figure_30, "
+                f"equation_1 to equation_53, figures_16_17 and the like, {', '.join(known)}"
+                f"{nearest(name, known)}"
+            )
     if not wanted:
         return Selection(ENTRIES, tuple(known))
     chosen |= {experiment_of(entry, known) for entry in entries}
