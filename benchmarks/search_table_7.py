@@ -17,15 +17,21 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from scara_drake.experiments.inverse_kinematics.swarm_readings import Law
+from scara_drake.experiments.inverse_kinematics.swarm_law import Law
+from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS
 from scara_drake.experiments.inverse_kinematics.swarm_search import (
     Candidate,
-    candidate,
     first_generation,
     search,
 )
 from scara_drake.experiments.inverse_kinematics.swarm_sets import FILE, Found, found, write
-from scara_drake.experiments.inverse_kinematics.swarm_statements import STATEMENTS, Size
+from scara_drake.experiments.inverse_kinematics.swarm_statements import (
+    COUNTS,
+    Size,
+    misfits,
+    sample,
+    statistics,
+)
 
 SIZE = Size(draws=4, paths=4)
 CHECK, CHECK_SEED, CHECKED = Size(draws=20, paths=10), 60_000_000, 8
@@ -82,12 +88,11 @@ def package_search(seed: int) -> list[Found]:
 def checked(ranked: list[tuple[Candidate, str]], count: int) -> list[Found]:
     """Return rows of candidates; the nearest are run on other seeds, and sorted by these."""
     ranked = sorted(ranked, key=lambda pair: float(pair[0].misfits.sum(axis=1).min()))
-    everything = np.ones(len(STATEMENTS))
     rows = []
     for one, phase in ranked[:count]:
-        again = candidate(one.law, one.place, CHECK_SEED, CHECK, np.inf, everything)
-        assert again is not None, "nothing is too far"
-        rows.append(found(one, phase, float(again.misfits[one.nearest].sum())))
+        runs = sample(one.law, one.coefficients, CHECK_SEED, CHECK)
+        again = misfits(statistics(runs, COUNTS[one.nearest]))
+        rows.append(found(one, phase, float(again.sum())))
     rows.sort(key=lambda row: row.check)
     return rows + [found(one, phase) for one, phase in ranked[count:]]
 

@@ -183,7 +183,7 @@ def test_a_scene_of_its_own_prints_its_address_and_changes_nothing(capsys):
     for recording in drawn:
         assert recording.attrs["engine"] == "drake"
         xr.testing.assert_identical(recording.q_measured, plain.q_measured)
-    (meshcat,) = cell._OWN
+    meshcat = cell.own_meshcat()
     assert len(cell.Scene(meshcat)._repr_html_()) < 2e6
 
 

@@ -11,7 +11,7 @@ from scara_drake.experiments.claim import (
     Criterion,
     Experiment,
 )
-from scara_drake.experiments.report import claims_table, verdict_counts
+from scara_drake.experiments.report import verdict_counts
 
 BELOW, EXACT = Criterion("below 2 s", True), Criterion("no more than 0.1 mm", False)
 CLAIMS = [
@@ -21,7 +21,7 @@ CLAIMS = [
 
 
 def test_a_claim_is_a_row_with_all_that_it_says():
-    page = claims_table(Experiment("one", xr.Dataset(), CLAIMS)).to_html()
+    page = Experiment("one", xr.Dataset(), CLAIMS)._repr_html_()
     for claim, criterion in zip(CLAIMS, (BELOW, EXACT), strict=True):
         for text in (claim.statement, claim.paper, claim.measured, claim.verdict, claim.reason):
             assert str(text) in page
@@ -37,8 +37,8 @@ def test_each_verdict_has_a_colour_of_its_own():
     }
     claims = [Claim("s", "p", "o", criterion, "r") for criterion in verdicts.values()]
     assert [claim.verdict for claim in claims] == list(verdicts)
-    page = claims_table(Experiment("one", xr.Dataset(), claims)).to_html()
-    assert len(set(re.findall(r"background-color: (#\w+)", page))) == 4
+    page = Experiment("one", xr.Dataset(), claims)._repr_html_()
+    assert len(set(re.findall(r"background:(#\w+)", page))) == 4
 
 
 def test_verdicts_are_counted_by_experiment():

@@ -8,8 +8,9 @@ from small_experiments import small
 
 from scara_drake.experiments import IN_KIND, NOT_REPRODUCED, REPRODUCED
 from scara_drake.experiments.inverse_kinematics import swarm_search, swarm_sets, table_7
-from scara_drake.experiments.inverse_kinematics.swarm_readings import Coefficients, Law
-from scara_drake.experiments.inverse_kinematics.swarm_statements import COUNTS, STATEMENTS, Size
+from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS
+from scara_drake.experiments.inverse_kinematics.swarm_statements import COUNTS, Size
 from scara_drake.experiments.plots.table_7 import table_7 as picture
 from scara_drake.experiments.quantity import Quantity
 from scara_drake.ik import PAPER

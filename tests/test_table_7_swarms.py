@@ -7,7 +7,8 @@ import pytest
 
 from scara_drake import ik, kinematics
 from scara_drake.experiments.inverse_kinematics import postures, swarm_readings, swarm_statements
-from scara_drake.experiments.inverse_kinematics.swarm_readings import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS
 from scara_drake.ik.kernels.postures import goal_kernel
 from scara_drake.ik.kernels.search import search_box_kernel
 from scara_drake.ik.kernels.swarm import draw_kernel, draws
@@ -159,7 +160,7 @@ def test_dpso_spends_n_on_pso_1_and_the_fallback_and_m_on_pso_2():
 
 
 def test_statistics_of_a_toy_by_hand():
-    field = swarm_statements.FIELD
+    field = {name: k for k, name in enumerate(swarm_readings.Run._fields)}
     runs = np.zeros((4, 2, len(field)))
     runs[..., field["stage"]] = 1
     runs[..., field["position"]], runs[..., field["rotation"]] = 1e-4, 0.002
@@ -198,7 +199,7 @@ def test_statistics_of_a_toy_by_hand():
     rounds = 39 + 13 + 60 + 3
     assert found("all", added=False)["population"] == pytest.approx([240 / rounds])
     assert everything["path_work"] == pytest.approx([240 / np.mean([1343, 1381, 760, 786])])
-    names = list(swarm_statements.STATEMENTS)
+    names = list(STATEMENTS)
     met = {n for n, m in zip(names, swarm_statements.misfits(everything), strict=True) if m == 0.0}
     assert met == {
         "pso_iterations", "solved", "pso_errors", "times", "second", "damping", "fewer",

@@ -16,9 +16,9 @@ from scara_drake.cli.compile import compile_all
 from scara_drake.cli.outputs import check_output
 from scara_drake.common import checks
 from scara_drake.common.parallel import job_count
-from scara_drake.experiments import EXPERIMENTS, VERDICTS
+from scara_drake.experiments import EXPERIMENTS
 from scara_drake.reproduction import baseline
-from scara_drake.reproduction.contents import Contents, contents, paper_counts
+from scara_drake.reproduction.contents import Contents, contents, counts_table
 from scara_drake.reproduction.markdown import PICTURES, save_markdown
 from scara_drake.reproduction.page import save_page
 from scara_drake.reproduction.run import Outcome, run_experiments
@@ -100,9 +100,10 @@ def _run_all(names: Sequence[str], seed: int, jobs: int) -> dict[str, Outcome]:
 
 def _tell(found: Contents, console: Console) -> None:
     """Say how many verdicts of each kind there are, what broke off, and what differs."""
-    table = Table("claims", *VERDICTS)
-    for words, each in paper_counts(found):
-        table.add_row(words, *(str(each[verdict]) for verdict in VERDICTS))
+    heads, rows = counts_table(found)
+    table = Table(*heads)
+    for row in rows:
+        table.add_row(*row)
     console.print(table)
     for outcome in found.failed:
         console.print(outcome.trace, markup=False, highlight=False, soft_wrap=True)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scara_drake.scenario import Scenario
     from scara_drake.studies.study import Study
 
-_GOOD, _REMARK, _BAD, _NONE = look.VERDICTS
+_GOOD, _REMARK, _BAD, _ = look.VERDICTS
 LONGEST: Final = 90  # letters of a value
 FIRST: Final = ("name", "description", "duration", "seed")  # told in the title
 # What a summary of a recording tells of its attributes, in this order.

@@ -12,6 +12,7 @@ import gzip
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any, Final
@@ -33,7 +34,6 @@ new Response(stream).text().then(page => {
   document.open(); document.write(page); document.close();
 });
 </script>"""
-_OWN: list[Meshcat] = []  # serves all runs of the process that have none of their own
 
 
 class Scene:
@@ -79,7 +79,8 @@ def scene_of_run(meshcat: Meshcat | bool | None) -> Iterator[Meshcat | None]:
     if meshcat is not True:
         yield meshcat or None
         return
-    own = _own_meshcat()
+    own = own_meshcat()
+    own.Delete()  # what the run before it left
     address = own.web_url()
     cell = _Cell() if in_notebook() else None
     if cell:
@@ -101,13 +102,10 @@ def in_notebook() -> bool:
     return hasattr(shell, "kernel")
 
 
-def _own_meshcat() -> Meshcat:
-    """Return the Meshcat of the process, empty."""
-    if not _OWN:
-        _OWN.append(start_meshcat())
-    (meshcat,) = _OWN
-    meshcat.Delete()
-    return meshcat
+@cache
+def own_meshcat() -> Meshcat:
+    """Return the process's own Meshcat, which serves all runs that are given none."""
+    return start_meshcat()
 
 
 def _frame(attribute: str, content: str, height: int) -> str:

@@ -2,35 +2,32 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Final
 
-from scara_drake.common.html import Markup, card, chip, folded, join, line, table
+from scara_drake.common.html import Markup, card, chip, folded, join, line, put, table
 from scara_drake.display import look
+from scara_drake.experiments import report
+from scara_drake.experiments.claim import VERDICTS, Claim, Experiment
 from scara_drake.experiments.quantity import text
+from scara_drake.experiments.reading import OpenQuestion
 
-if TYPE_CHECKING:
-    from scara_drake.experiments.claim import Claim, Experiment
-    from scara_drake.experiments.reading import OpenQuestion
+GROUNDS: Final = dict(zip(VERDICTS, look.VERDICTS, strict=True))  # colours behind the verdicts
 
 
 def of_claim(claim: Claim) -> Markup:
     """Return the card of a claim: what the paper has, what is here, the verdict and why."""
-    from scara_drake.experiments.report import explanation, paper
-
-    rows = [("paper", paper(claim)), ("here", text(claim.measured))]
+    rows = [("paper", report.paper(claim)), ("here", text(claim.measured))]
     return card(
-        claim.statement, line(verdict(claim.verdict)), table(rows), line(explanation(claim))
+        claim.statement, line(verdict(claim.verdict)), table(rows), line(report.explanation(claim))
     )
 
 
 def of_experiment(experiment: Experiment) -> Markup:
     """Return the card of an experiment: its claims, and folded its open questions and its data."""
-    from scara_drake.experiments.report import explanation, paper
-
     rows = [
         (
-            join([claim.statement, folded("why", explanation(claim))]),
-            paper(claim),
+            join([claim.statement, folded("why", report.explanation(claim))]),
+            report.paper(claim),
             text(claim.measured),
             verdict(claim.verdict),
         )
@@ -54,21 +51,12 @@ def of_question(question: OpenQuestion) -> Markup:
 
 
 def _readings(question: OpenQuestion) -> Markup:
-    rows = [
-        (
-            f"{reading.name}{' (chosen)' if reading.chosen else ''}",
-            reading.meaning,
-            *(text(value) for value in reading.consequences.values()),
-            verdict(reading.verdict) if reading.verdict else "",
-        )
-        for reading in question.readings
-    ]
-    consequences = question.readings[0].consequences
-    return table(rows, ["reading", "meaning", *consequences, "verdict"])
+    rows = [report.reading_row(reading) for reading in question.readings]
+    return table(
+        [(*cells, verdict(judged)) for *cells, judged in rows], report.reading_columns(question)
+    )
 
 
 def verdict(word: str) -> Markup:
-    """Return a verdict in its colour."""
-    from scara_drake.experiments.claim import VERDICTS
-
-    return chip(word, dict(zip(VERDICTS, look.VERDICTS, strict=True))[word])
+    """Return a verdict in its colour; what is none as it is."""
+    return chip(word, GROUNDS[word]) if word in GROUNDS else put(word)

@@ -1,4 +1,4 @@
-"""Claims as text: a sentence, and tables for a terminal, for Markdown and for notebooks."""
+"""Claims and readings as text: sentences, rows of tables, and Markdown."""
 
 from __future__ import annotations
 
@@ -6,13 +6,9 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 import pandas as pd
-from pandas.io.formats.style import Styler
-from rich.table import Table
 
-from scara_drake.display import look
 from scara_drake.experiments.claim import (
     IN_KIND,
-    NOT_COMPARABLE,
     NOT_REPRODUCED,
     OURS,
     REPRODUCED,
@@ -25,12 +21,6 @@ from scara_drake.experiments.reading import OpenQuestion, Reading
 
 # What a verdict is called where the criterion is our own.
 OWN_WORDS: Final = {REPRODUCED: "met", IN_KIND: "met in kind", NOT_REPRODUCED: "not met"}
-COLOURS: Final = {
-    REPRODUCED: "green",
-    IN_KIND: "yellow",
-    NOT_REPRODUCED: "red",
-    NOT_COMPARABLE: "dim",
-}
 # Marks of a reading: the one that the claims are judged by, and one without a verdict.
 CHOSEN: Final = "(ours)"
 NOT_JUDGED: Final = "not judged"
@@ -63,6 +53,17 @@ def explanation(claim: Claim) -> str:
     return f"{head}: {claim.criterion.text}. {claim.reason}"
 
 
+def row(claim: Claim, clock: bool = True) -> tuple[str, ...]:
+    """Return the cells of a claim, see COLUMNS.
+
+    Args:
+        claim: any.
+        clock: writes what was measured by the clock, too, which differs from run to run.
+    """
+    measured = text(claim.measured, clock=clock)
+    return (claim.statement, paper(claim), measured, claim.verdict, explanation(claim))
+
+
 def table(*experiments: Experiment) -> pd.DataFrame:
     """Return the claims as a table of COLUMNS; `reason` tells the criterion too.
 
@@ -72,21 +73,6 @@ def table(*experiments: Experiment) -> pd.DataFrame:
     names = [experiment.name for experiment in experiments for _ in experiment.claims]
     index = pd.Index(names, name="experiment") if len(experiments) > 1 else None
     return pd.DataFrame(rows, columns=list(COLUMNS), index=index)
-
-
-def claims_table(*experiments: Experiment) -> Styler:
-    """Return `table` for a notebook, with the verdicts in their colours."""
-    claims = table(*experiments)
-    shades = dict(zip(VERDICTS, look.VERDICTS, strict=True))
-    colours = claims.verdict.map(lambda word: f"color: black; background-color: {shades[word]}")
-    return wrapped(claims.style.hide(axis="index")).apply(lambda _: colours, subset=["verdict"])
-
-
-def wrapped(texts: Styler) -> Styler:
-    """Return a table of texts whose lines wrap and begin on the left."""
-    return texts.set_properties(
-        **{"text-align": "left", "vertical-align": "top", "white-space": "normal"}
-    ).set_table_styles([{"selector": "th", "props": "text-align: left"}])
 
 
 def verdict_counts(experiments: Iterable[Experiment]) -> pd.DataFrame:
@@ -103,17 +89,6 @@ def markdown(*experiments: Experiment) -> str:
         rows = [row(claim) for claim in experiment.claims]
         lines += [f"## {experiment.name}", "", markdown_table(COLUMNS, rows)]
     return "\n".join(lines)
-
-
-def terminal(*experiments: Experiment) -> list[Table]:
-    """Return the claims as tables for a `rich` console, one for each experiment."""
-    tables = []
-    for experiment in experiments:
-        made = Table(*COLUMNS, title=experiment.name, title_justify="left")
-        for claim in experiment.claims:
-            made.add_row(*row(claim), style=COLOURS[claim.verdict])
-        tables.append(made)
-    return tables
 
 
 def reading_columns(question: OpenQuestion) -> list[str]:
@@ -133,36 +108,11 @@ def reading_caption(question: OpenQuestion) -> str:
     return f"{question.question} Judged: {question.claim}."
 
 
-def reading_table(question: OpenQuestion) -> pd.DataFrame:
-    """Return a question as a table of `reading_columns`, one row a reading."""
-    rows = [reading_row(reading) for reading in question.readings]
-    return pd.DataFrame(rows, columns=reading_columns(question))
-
-
-def reading_styler(question: OpenQuestion) -> Styler:
-    """Return `reading_table` for a notebook, with the verdicts in their colours."""
-    table = reading_table(question)
-    shades = dict(zip(VERDICTS, look.VERDICTS, strict=True))
-    colours = table.verdict.map(
-        lambda verdict: f"background-color: {shades[verdict]}" if verdict in shades else ""
-    )
-    styled = wrapped(table.style.hide(axis="index")).apply(lambda _: colours, subset=["verdict"])
-    return styled.set_caption(reading_caption(question))
-
-
 def reading_markdown(question: OpenQuestion, clock: bool = True) -> str:
     """Return a question as a table of Markdown, below its caption; `clock` as in `row`."""
     rows = [reading_row(reading, clock) for reading in question.readings]
     table = markdown_table(reading_columns(question), rows)
     return f"{reading_caption(question)}\n\n{table}"
-
-
-def reading_terminal(question: OpenQuestion) -> Table:
-    """Return a question as a table for a `rich` console."""
-    made = Table(*reading_columns(question), title=reading_caption(question), title_justify="left")
-    for reading in question.readings:
-        made.add_row(*reading_row(reading), style=COLOURS.get(reading.verdict, ""))
-    return made
 
 
 def markdown_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -174,14 +124,3 @@ def markdown_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str
 def _cells(texts: Iterable[str]) -> str:
     escaped = [cell.replace("|", "\\|") for cell in texts]
     return f"| {' | '.join(escaped)} |"
-
-
-def row(claim: Claim, clock: bool = True) -> tuple[str, ...]:
-    """Return the cells of a claim, see COLUMNS.
-
-    Args:
-        claim: any.
-        clock: writes what was measured by the clock, too, which differs from run to run.
-    """
-    measured = text(claim.measured, clock=clock)
-    return (claim.statement, paper(claim), measured, claim.verdict, explanation(claim))

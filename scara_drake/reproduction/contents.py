@@ -143,6 +143,18 @@ def told_counts(found: Mapping[str, int]) -> str:
     return ", ".join(f"{found[verdict]} {verdict}" for verdict in VERDICTS if found.get(verdict))
 
 
+def counts_table(found: Contents) -> tuple[list[str], list[list[str]]]:
+    """Return heads and rows of the counts: of the paper's statements, of our criteria, of all."""
+    outcomes = found.outcomes.values()
+    kinds = {words: counts(*outcomes, source=source) for source, words in SOURCE_WORDS.items()}
+    kinds["all"] = counts(*outcomes)
+    rows = [
+        [words, *(str(each[verdict]) for verdict in VERDICTS), str(each.total())]
+        for words, each in kinds.items()
+    ]
+    return ["claims", *VERDICTS, "all"], rows
+
+
 def versions(seed: int) -> str:
     """Return with what it was made, and the seed."""
     return ", ".join([f"{name} {version(name)}" for name in PACKAGES] + [f"seed {seed}"])
@@ -195,10 +207,3 @@ def _beside(name: str, outcome: Outcome) -> Section:
     text = (sys.modules[EXPERIMENTS[name].__module__].__doc__ or "").partition("\n\n")[0]
     said = " ".join(text.split()).rstrip(".")
     return Section(title, said, None, outcome, "", counts(outcome), ())
-
-
-def paper_counts(found: Contents) -> list[tuple[str, Counter[str]]]:
-    """Return the counts of the paper's statements, of our criteria, and of all."""
-    outcomes = found.outcomes.values()
-    rows = [(words, counts(*outcomes, source=source)) for source, words in SOURCE_WORDS.items()]
-    return [*rows, ("all", counts(*outcomes))]

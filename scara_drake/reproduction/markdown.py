@@ -14,7 +14,8 @@ from scara_drake.reproduction.contents import (
     Contents,
     Image,
     Section,
-    paper_counts,
+    counts_table,
+    slug,
     told_counts,
     versions,
 )
@@ -44,12 +45,7 @@ def markdown(found: Contents, folder: Path) -> str:
     """Return the page, as it is written into a folder."""
     lines = ["# The paper, reproduced", "", INTRODUCTION, ""]
     lines += [f"Made by `scara-drake reproduce` with {versions(found.seed)}.", ""]
-    heads = ["", *report.VERDICTS, "all"]
-    rows = [
-        [words, *(str(each[verdict]) for verdict in report.VERDICTS), str(sum(each.values()))]
-        for words, each in paper_counts(found)
-    ]
-    lines += [report.markdown_table(heads, rows)]
+    lines += [report.markdown_table(*counts_table(found))]
     if found.failed:
         lines += ["**Broke off:**", ""]
         lines += [f"- `{each.name}`: {each.error}" for each in found.failed] + [""]
@@ -89,8 +85,8 @@ def _section(section: Section, folder: Path) -> Iterator[str]:
         where = ", ".join(f"`{path}`" for path in entry.where)
         yield f"- Where: {where}; test `{entry.test}`"
         if section.told:
-            anchor = section.told.lower().replace(" ", "-").replace(",", "")
-            yield f"- Judged with [{section.told}](#{anchor}): {told_counts(section.counts)}"
+            link = f"[{section.told}](#{slug(section.told)})"
+            yield f"- Judged with {link}: {told_counts(section.counts)}"
         yield ""
     for image in section.images:
         yield f"![{image.caption}]({_address(image, folder)})"

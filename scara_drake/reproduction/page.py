@@ -17,7 +17,7 @@ from scara_drake.reproduction.contents import (
     Contents,
     Image,
     Section,
-    paper_counts,
+    counts_table,
     slug,
     told_counts,
     versions,
@@ -44,7 +44,7 @@ def save_page(found: Contents, folder: Path) -> Path:
 def page(found: Contents) -> str:
     """Return the page."""
     title = "The paper, reproduced"
-    parts = [f"<h1>{title}</h1>", f"<p>{_emphasis(INTRODUCTION)}</p>", *_counts(found)]
+    parts = [f"<h1>{title}</h1>", f"<p>{_emphasis(INTRODUCTION)}</p>", _table(*counts_table(found))]
     parts += [*_failures(found), _table_of_contents(found), _filter()]
     for chapter, sections in found.chapters.items():
         parts.append(f"<h2>{escape(chapter)}</h2>")
@@ -64,14 +64,6 @@ def _emphasis(text: str) -> str:
     """Return a text with *emphasis* as HTML."""
     pieces = escape(text).split("*")
     return "".join(f"<em>{p}</em>" if i % 2 else p for i, p in enumerate(pieces))
-
-
-def _counts(found: Contents) -> Iterator[str]:
-    rows = [
-        [words, *(str(each[verdict]) for verdict in VERDICTS), str(sum(each.values()))]
-        for words, each in paper_counts(found)
-    ]
-    yield _table(["claims", *VERDICTS, ALL], rows)
 
 
 def _failures(found: Contents) -> Iterator[str]:

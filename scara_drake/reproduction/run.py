@@ -16,7 +16,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scara_drake.experiments import EXPERIMENTS, Experiment
-from scara_drake.experiments.plots import EQUATIONS, FIGURES, TABLES, Picture, table_7
+from scara_drake.experiments.plots import EQUATIONS, FIGURES, TABLES
 from scara_drake.reproduction.workers import Workers
 
 # Begin before the others, in this order: a long one that begins last would run alone.
@@ -32,13 +32,8 @@ LONGEST: Final = (
     "table_10",
 )
 DOTS_PER_INCH: Final = 80
-SEARCH: Final = Picture(
-    "table_7",
-    table_7.table_7,
-    "The candidates of the search by their coefficients: the lower, the nearer to all statements.",
-)
 # Pictures by the numbers of what they belong to.
-DRAWN: Final = {"table": {**TABLES, 7: SEARCH}, "figure": FIGURES, "equation": EQUATIONS}
+DRAWN: Final = {"table": TABLES, "figure": FIGURES, "equation": EQUATIONS}
 
 
 @dataclass(frozen=True)

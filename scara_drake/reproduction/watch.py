@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+)
 
 from scara_drake.reproduction.contents import counts, told_counts
 from scara_drake.reproduction.run import Outcome
@@ -28,7 +33,7 @@ class Watch:
             disable=not console.is_terminal,
         )
         self._all = self._progress.add_task("experiments", total=count)
-        self._running: dict[str, int] = {}
+        self._running: dict[str, TaskID] = {}
 
     def began(self, name: str) -> None:
         """Show that one has begun."""
@@ -36,7 +41,7 @@ class Watch:
 
     def ended(self, outcome: Outcome) -> None:
         """Say what became of one."""
-        self._progress.remove_task(self._running.pop(outcome.name))  # type: ignore[arg-type]
+        self._progress.remove_task(self._running.pop(outcome.name))
         self._progress.advance(self._all)
         said = f"broke off: {outcome.error}" if outcome.error else told_counts(counts(outcome))
         self._progress.console.print(
@@ -47,10 +52,5 @@ class Watch:
         self._progress.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._progress.stop()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scara_drake import metrics, robot
 from scara_drake.control.ismc_law import GAINS
+from scara_drake.experiments import stated_numbers
 from scara_drake.experiments.claim import Claim, Criterion, Experiment, within, within_factor
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.experiments.reading import OpenQuestion, Reading
@@ -31,7 +32,8 @@ START = 1.0  # [s]: before it the drives take up the weight
 REST = 0.1  # share of the run at whose end the mast stands still
 MASS, GRAVITY = 735.5, 9.81  # [kg] of Table 3, [m/s²]
 PAPER_ERROR = quantity(2.0, "mm")
-K, C, RHO = 150.0, 50.0, 300.0  # Table 11, joint 1 [1/s], [1/s], [N]
+# Of joint 1 [1/s], [1/s], [N].
+K, C, RHO = (stated_numbers.GAINS["Table 11"][gain][0] for gain in ("k", "c", "rho"))
 HEAVIER = 1.3
 MAST_IN_MM: Final[dict[str, Any]] = {"controller.mode": ["paper"] + ["normalised"] * 5}
 OTHER_MASSES: Final = {"masses 30 % up": HEAVIER, "masses 30 % down": 2.0 - HEAVIER}

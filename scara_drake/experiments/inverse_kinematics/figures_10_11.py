@@ -24,7 +24,8 @@ OUR_ROWS = "IJ, position rows"
 DEFAULT = "The same for our default, with all rows in place of (26)"
 PAPER_POSITION = quantity(5.0, "mm", bound="below")
 PAPER_ROTATION = quantity(0.0175, "rad", bound="below")
-PAPER_BAND = quantity(0.002, "rad", "of 0.048 rad", bound="within")
+PAPER_IJ = (1.0, 0.048)  # errors of IJ in the figures [mm, rad]
+PAPER_BAND = quantity(0.002, "rad", f"of {PAPER_IJ[1]} rad", bound="within")
 
 
 def run(seed: int = 0, paths: int = 8) -> Experiment:

@@ -16,6 +16,7 @@ from scara_drake.experiments.inverse_kinematics.postures import (
     home,
     targets,
 )
+from scara_drake.experiments.inverse_kinematics.swarm_reported import ITERATIONS
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.ik.options import PAPER
 from scara_drake.recordings.labels import labelled
@@ -46,7 +47,7 @@ CONSTANT: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "0.729": undamped(0.729, 1.49, 1.49),
     **{str(w): undamped(w, PAPER.single.personal, PAPER.single.social) for w in (0.6, 0.5, 0.4)},
 }
-PAPER_ITERATIONS = {"PSO": quantity(66, "iterations"), "DPSO": quantity(52, "iterations")}
+PAPER_ITERATIONS = {name: quantity(count, "iterations") for name, count in ITERATIONS.items()}
 
 
 def run(seed: int = 0, draws: int = 30) -> Experiment:

@@ -8,6 +8,7 @@ inertia; the fallback draws anew.
 
 from __future__ import annotations
 
+from statistics import fmean
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -15,22 +16,22 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.layout import Cell
-from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients as Coefficients
-from scara_drake.experiments.inverse_kinematics.swarm_law import Law as Law
+from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_reported import ITERATIONS, TIMES
 from scara_drake.ik.kernels.postures import Goal
-from scara_drake.ik.kernels.search import Box, search_box_kernel
+from scara_drake.ik.kernels.search import REDUCTION, Box, search_box_kernel
 from scara_drake.ik.kernels.swarm import Draws, draw_kernel, draw_posture_kernel
+from scara_drake.ik.options import PAPER
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from scara_drake.kinematics import tool_pose_kernel
 
 Array = NDArray[np.float64]
 
 MOST_ITERATIONS: Final = 150  # of one swarm, more than twice what the paper reports
-RADIUS: Final = 0.174  # of PSO-2's box [rad | m]
-# t_pso1 of (23): the paper's mean time of a PSO, Table 8, over its 66 iterations [s]. The
-# population drops out, for an iteration of PSO-1 moves as many particles as one of PSO.
-ITERATION_TIME: Final = 0.2455 / 66
-REDUCTION: Final = 10.0  # d_M of (23)
+RADIUS: Final = PAPER.radius  # of PSO-2's box [rad | m]
+# t_pso1 of (23): the paper's mean time of a PSO over its iterations [s]. The population drops out,
+# for an iteration of PSO-1 moves as many particles as one of PSO.
+ITERATION_TIME: Final = fmean(TIMES["PSO"]) / ITERATIONS["PSO"]
 LARGEST_M: Final = 200  # where (23) gives more; M < N fails long before
 
 

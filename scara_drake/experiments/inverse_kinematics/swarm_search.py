@@ -15,12 +15,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scara_drake.experiments.inverse_kinematics.swarm_readings import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS
 from scara_drake.experiments.inverse_kinematics.swarm_statements import (
     COUNTS,
-    STATEMENTS,
     Size,
+    least,
     misfits,
+    of_pso,
     sample,
     statistics,
 )
@@ -117,9 +119,10 @@ def candidate(
         only: weights (s,) of the statements in the distance.
     """
     c = coefficients_at(place, law)
-    runs = sample(law, c, seed, size, enough if only.all() else np.inf)
-    if runs is None:
+    single = of_pso(law, c, seed, size)
+    if only.all() and enough < np.inf and least(single) > enough:
         return None
+    runs = sample(law, c, seed, size, single)
     found = np.array([misfits(statistics(runs, count)) for count in COUNTS])
     return Candidate(law, place, found, float((found @ only).min()), 1.0)
 

@@ -9,9 +9,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from scara_drake.experiments.inverse_kinematics.swarm_readings import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS
 from scara_drake.experiments.inverse_kinematics.swarm_search import Candidate
-from scara_drake.experiments.inverse_kinematics.swarm_statements import COUNTS, STATEMENTS
+from scara_drake.experiments.inverse_kinematics.swarm_statements import COUNTS
 
 FILE: Final = Path(__file__).with_name("table_7.csv")
 DIGITS: Final = 4

@@ -11,15 +11,9 @@ from numpy.typing import NDArray
 
 from scara_drake.experiments.inverse_kinematics.paths import joint_paths
 from scara_drake.experiments.inverse_kinematics.postures import home, targets
-from scara_drake.experiments.inverse_kinematics.swarm_readings import (
-    Coefficients,
-    Law,
-    Run,
-    dpso_kernel,
-    pso_kernel,
-)
-from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS as STATEMENTS
-from scara_drake.experiments.inverse_kinematics.swarm_reported import Statement as Statement
+from scara_drake.experiments.inverse_kinematics.swarm_law import Coefficients, Law
+from scara_drake.experiments.inverse_kinematics.swarm_readings import Run, dpso_kernel, pso_kernel
+from scara_drake.experiments.inverse_kinematics.swarm_reported import STATEMENTS, Statement
 from scara_drake.ik.kernels.postures import goal_kernel
 from scara_drake.ik.kernels.swarm import draws
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
@@ -27,7 +21,9 @@ from scara_drake.kinematics import forward_kinematics
 
 Array = NDArray[np.float64]
 
-FIELD: Final = {name: k for k, name in enumerate(Run._fields)}
+# Where the fields of Run stand in an array of runs.
+FIELDS: Final = len(Run._fields)
+FIRST, SECOND, THIRD, AFTER, PARTICLES, STAGE, EVALUATIONS, POSITION, ROTATION = range(FIELDS)
 STAGES: Final = ("all", "PSO-1 and PSO-2", "those that answered")
 
 
@@ -90,15 +86,16 @@ def runs_kernel(
             run = dpso_kernel(law, c, goal, state, q[k])
         else:
             run = pso_kernel(law, c, goal, state, q[k])
-        runs[k, 0], runs[k, 1], runs[k, 2] = run.first, run.second, run.third
-        runs[k, 3], runs[k, 4], runs[k, 5] = run.after, run.particles, run.stage
-        runs[k, 6], runs[k, 7], runs[k, 8] = run.evaluations, run.position, run.rotation
+        runs[k, FIRST], runs[k, SECOND], runs[k, THIRD] = run.first, run.second, run.third
+        runs[k, AFTER], runs[k, PARTICLES], runs[k, STAGE] = run.after, run.particles, run.stage
+        runs[k, EVALUATIONS] = run.evaluations
+        runs[k, POSITION], runs[k, ROTATION] = run.position, run.rotation
 
 
 def _runs(law: Law, c: Coefficients, dual: bool, X_WE: Array, seed: int) -> tuple[Array, Array]:
     """Run a swarm at poses (..., 4, 4); return the runs (..., f) and the answers (..., 6)."""
     poses = np.ascontiguousarray(X_WE.reshape(-1, 4, 4))
-    q, runs = np.tile(home(), (len(poses), 1)), np.empty((len(poses), len(FIELD)))
+    q, runs = np.tile(home(), (len(poses), 1)), np.empty((len(poses), FIELDS))
     runs_kernel(law, c, dual, poses, seed, q, runs)
     shape = X_WE.shape[:-2]
     return runs.reshape(*shape, -1), q.reshape(*shape, -1)
@@ -118,9 +115,16 @@ class Size(NamedTuple):
     points: int = 2
 
 
-def sample(
-    law: Law, c: Coefficients, seed: int, size: Size, enough: float = np.inf
-) -> Sample | None:
+def of_pso(law: Law, c: Coefficients, seed: int, size: Size) -> Array:
+    """Run PSO at the postures of Table 5; return the runs (4, draws, f), see `sample`."""
+    return _runs(law, c, False, _postures(size), seed)[0]
+
+
+def _postures(size: Size) -> Array:
+    return np.repeat(targets()[:, np.newaxis], size.draws, axis=1)
+
+
+def sample(law: Law, c: Coefficients, seed: int, size: Size, single: Array | None = None) -> Sample:
     """Run PSO and DPSO at the postures of Table 5, and DPSO along paths.
 
     Args:
@@ -128,12 +132,11 @@ def sample(
         c: coefficients.
         seed: of paths and draws.
         size: how much.
-        enough: None is returned where PSO by itself is beyond the tolerances by so much.
+        single: the runs of PSO, where they are there already.
     """
-    postures = np.repeat(targets()[:, np.newaxis], size.draws, axis=1)
-    single, _ = _runs(law, c, False, postures, seed)
-    if enough < np.inf and _least(single) > enough:
-        return None
+    postures = _postures(size)
+    if single is None:
+        single = of_pso(law, c, seed, size)
     along = forward_kinematics(joint_paths(seed, size.paths)[:, : size.points])
     few = postures[:, : (size.draws + 1) // 2]
     undamped, _ = _runs(law, c._replace(damping=1.0), False, few, seed)
@@ -146,12 +149,8 @@ FURTHEST: Final = np.log(3.0)  # beyond the tolerance, from which on it no longe
 
 
 def _success(runs: Array) -> NDArray[np.bool_]:
-    inside = runs[..., FIELD["position"]] <= POSITION_TOLERANCE
-    return (
-        (runs[..., FIELD["stage"]] > 0)
-        & inside
-        & (runs[..., FIELD["rotation"]] <= ROTATION_TOLERANCE)
-    )
+    inside = runs[..., POSITION] <= POSITION_TOLERANCE
+    return (runs[..., STAGE] > 0) & inside & (runs[..., ROTATION] <= ROTATION_TOLERANCE)
 
 
 def _medians(values: Array, good: NDArray[np.bool_]) -> Array:
@@ -168,7 +167,8 @@ def _mean(values: Array) -> float:
 
 def iterations(runs: Array, dual: bool, count: Count) -> Array:
     """Iterations (...) of runs (..., f), NaN for those that a reading does not count."""
-    first, second, third, after, _, stage = (runs[..., k] for k in range(6))
+    first, second, third = (runs[..., k] for k in (FIRST, SECOND, THIRD))
+    after, stage = runs[..., AFTER], runs[..., STAGE]
     run_on = after if count.at_stop else 0.0
     if not dual:
         return first + run_on
@@ -180,11 +180,11 @@ def iterations(runs: Array, dual: bool, count: Count) -> Array:
     )
 
 
-def _least(single: Array) -> float:
+def least(single: Array) -> float:
     """Sum of the misfits that runs of PSO are sure of by themselves, by the kindest count."""
-    none, n = np.zeros((1, 1, len(FIELD))), single.shape[1]
+    none, n = np.zeros((1, 1, FIELDS)), single.shape[1]
     sums = []
-    for count in COUNTS[: 2 * 2]:
+    for count in (one for one in COUNTS if one.stages == STAGES[0]):  # PSO has one stage
         found = statistics(Sample(2, single, single, single, none, none), count)
         good = _success(single)
         found["solved"] = np.atleast_1d(100.0 * np.prod((good.sum(axis=1) + 0.5) / (n + 1)))
@@ -203,19 +203,18 @@ def statistics(s: Sample, count: Count) -> dict[str, Array]:
         return _mean(_medians(counted, which & np.isfinite(counted)))
 
     def errors(runs: Array, which: NDArray[np.bool_]) -> Array:
-        each = [_medians(runs[..., FIELD[k]], which) for k in ("position", "rotation")]
+        each = [_medians(runs[..., k], which) for k in (POSITION, ROTATION)]
         return np.array([1e3, 1.0]) * [
             np.median(e[np.isfinite(e)]) if np.isfinite(e).any() else np.nan for e in each
         ]
 
-    work = [
-        _medians(r[..., FIELD["evaluations"]], g) for r, g in ((s.single, good), (s.dual, both))
-    ]
-    m = s.dual[..., FIELD["particles"]]
+    work = [_medians(r[..., EVALUATIONS], g) for r, g in ((s.single, good), (s.dual, both))]
+    m = s.dual[..., PARTICLES]
     counted = iterations(s.path, True, count)
     shown = counted[way & np.isfinite(counted)]
-    spent, second = s.path[..., FIELD["evaluations"]], s.path[..., FIELD["particles"]]
-    rounds = s.path[..., :4].sum(axis=-1) + 2 + (s.path[..., FIELD["third"]] > 0)
+    spent, second = s.path[..., EVALUATIONS], s.path[..., PARTICLES]
+    moved = s.path[..., [FIRST, SECOND, THIRD, AFTER]].sum(axis=-1)
+    rounds = moved + 2 + (s.path[..., THIRD] > 0)  # with the first draws
     population = s.particles + second if count.added else spent / rounds
     n = s.single.shape[1]
     shares = np.concatenate([(g.sum(axis=1) + 0.5) / (n + 1) for g in (good, both)])
@@ -226,7 +225,7 @@ def statistics(s: Sample, count: Count) -> dict[str, Array]:
         "pso_errors": errors(s.single, good),
         "dpso_errors": errors(s.dual, both),
         "times": work[1] / work[0],
-        "second": 100.0 * (both & (s.dual[..., FIELD["stage"]] == 2)).mean(axis=1),
+        "second": 100.0 * (both & (s.dual[..., STAGE] == 2)).mean(axis=1),
         "damping": 100.0 * _success(s.undamped).mean(),
         "fewer": 100.0 * (m < s.particles).mean(),
         "population": population[way].mean() if way.any() else np.nan,

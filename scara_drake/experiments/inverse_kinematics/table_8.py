@@ -27,8 +27,15 @@ from scara_drake.experiments.inverse_kinematics.postures import (
     success,
     targets,
 )
+from scara_drake.experiments.inverse_kinematics.swarm_reported import (
+    ITERATIONS,
+    POSITION_ERRORS,
+    ROTATION_ERRORS,
+    TIMES,
+)
 from scara_drake.experiments.quantity import quantity
 from scara_drake.experiments.reading import OpenQuestion
+from scara_drake.ik.kernels.search import ALLOWED_TIME
 from scara_drake.ik.options import PAPER
 from scara_drake.ik.result import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from scara_drake.recordings.labels import labelled
@@ -48,12 +55,10 @@ SOLVERS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
 
 PAPER_SOLVED = quantity(100, "%", "8 of 8 solutions")
 # Of PSO, then of DPSO.
-PAPER_POSITION = quantity((0.14, 0.05, 0.04, 0.15, 0.45, 0.88, 0.58, 0.28), "mm")
-PAPER_ROTATION = quantity((0.0013, 0.0023, 0.0022, 0.0015, 0.005, 0.0002, 0.0025, 0.0005), "rad")
-PAPER_PSO_TIME = quantity((0.242, 0.21, 0.25, 0.28), "s", "PSO")
-PAPER_DPSO_TIME = quantity((0.325, 0.29, 0.19, 0.22), "s", "DPSO")
-PAPER_ITERATIONS = quantity({"DPSO": 52, "PSO": 66}, "iterations")
-ALLOWED_TIME = 0.25  # t_allow of the paper [s]
+PAPER_POSITION = quantity(list(POSITION_ERRORS.values()), "mm")
+PAPER_ROTATION = quantity(list(ROTATION_ERRORS.values()), "rad")
+PAPER_PSO_TIME, PAPER_DPSO_TIME = (quantity(times, "s", name) for name, times in TIMES.items())
+PAPER_ITERATIONS = quantity({name: ITERATIONS[name] for name in ("DPSO", "PSO")}, "iterations")
 
 
 def run(seed: int = 0, draws: int = 20, arm_draws: int = 1) -> Experiment:

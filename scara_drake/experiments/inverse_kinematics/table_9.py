@@ -6,13 +6,19 @@ import xarray as xr
 
 from scara_drake.experiments.claim import Claim, Criterion, Experiment, ordered, within_factor
 from scara_drake.experiments.inverse_kinematics.paths import POINTS, follow
+from scara_drake.experiments.inverse_kinematics.swarm_reported import (
+    PATH_ITERATIONS,
+    PATH_PARTICLES,
+    PATH_TIME,
+    TIMES,
+)
 from scara_drake.experiments.quantity import Quantity, quantity
 
 SOLVERS = {"IJ": "IJ", "DPSO": "DPSO", "DPSOIJ": "literal DPSOIJ"}
-PAPER_TIME = quantity({"IJ": 2.0, "DPSO": 2.89, "DPSOIJ": 2.25}, "s")
+PAPER_TIME = quantity({"IJ": 2.0, "DPSO": PATH_TIME, "DPSOIJ": 2.25}, "s")
 # A point, by its mean population and iterations.
-PAPER_EVALUATIONS = quantity(80 * 55, "evaluations")
-PAPER_SOLVE = (0.19, 0.33)  # [s] for one DPSO in its Table 8
+PAPER_EVALUATIONS = quantity(PATH_PARTICLES * PATH_ITERATIONS, "evaluations")
+PAPER_SOLVE = (min(TIMES["DPSO"]), max(TIMES["DPSO"]))  # for one DPSO in its Table 8 [s]
 
 
 def run(seed: int = 0, paths: int = 8) -> Experiment:
@@ -83,7 +89,7 @@ def _excess(measured: Quantity) -> Claim:
 
 def _point(measured: Quantity) -> Claim:
     return Claim(
-        "DPSO takes 80 particles and 55 iterations a point",
+        f"DPSO takes {PATH_PARTICLES} particles and {PATH_ITERATIONS} iterations a point",
         PAPER_EVALUATIONS,
         measured,
         None,

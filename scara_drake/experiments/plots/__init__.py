@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from scara_drake.experiments.plots import control, inverse_kinematics, teleoperation
+from scara_drake.experiments.plots import control, inverse_kinematics, table_7, teleoperation
 
 
 class Picture(NamedTuple):
@@ -181,6 +181,12 @@ TABLES: Final[dict[int, Picture]] = {
         "Where IJ ends from each random start: by all rows within both tolerances or at a "
         "compromise, by the position rows mostly at the position with any orientation, which is "
         "what the paper's errors look like.",
+    ),
+    7: Picture(
+        "table_7",
+        table_7.table_7,
+        "The candidates of the search by their coefficients: the lower, the nearer to all "
+        "statements.",
     ),
     8: Picture(
         "table_8",

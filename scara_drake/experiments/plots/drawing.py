@@ -18,7 +18,6 @@ COLORS: Final = (MEASURED, FIRST, SECOND, "#7b4fa3", "#8c5a3c", "0.45")
 ALLOWED: Final[dict[str, Any]] = {"color": LIMIT, "linestyle": "--", "linewidth": 1.0}
 SAID: Final[dict[str, Any]] = {"color": LAW, "linestyle": ":", "linewidth": 1.4}  # by the paper
 ASKED: Final[dict[str, Any]] = {"color": DESIRED, "linestyle": "--", "linewidth": 1.2}
-WINDOW: Final = (2.7, 4.8)  # in which the paper sees errors and chattering [s]
 SETTLED: Final = slice(1.0, None)  # before it the drives take up the weight of the arm [s]
 WIDTH: Final = 8.0  # [in], 800 pixels
 LEGEND_WIDTH: Final = 115  # characters in a row of a legend

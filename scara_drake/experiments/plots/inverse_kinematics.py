@@ -10,7 +10,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scara_drake.experiments.inverse_kinematics import figures_8_9, figures_12_15, table_6, table_8
+from scara_drake.experiments.inverse_kinematics import (
+    figures_8_9,
+    figures_10_11,
+    figures_12_15,
+    table_6,
+    table_8,
+)
 from scara_drake.experiments.plots.drawing import (
     ALLOWED,
     ASKED,
@@ -34,7 +40,6 @@ METHOD_COLORS: Final = {
 OTHERS: Final = {"color": "0.75", "linewidth": 0.8}  # paths beside the one that is looked at
 BOUNDS: Final = (1e3 * POSITION_TOLERANCE, ROTATION_TOLERANCE)  # [mm, rad]
 TOLERATED: Final = f"tolerance, {BOUNDS[0]:g} mm and {BOUNDS[1]:g} rad"
-PAPER_IJ: Final = (1.0, 0.048)  # of Figures 10 and 11 [mm, rad]
 LINEAR: Final = (1e-3, 1e-4)  # below it an axis of errors is linear, down to none [mm, rad]
 Errors = tuple[xr.DataArray, xr.DataArray]  # of position [mm] and of rotation [rad]
 
@@ -72,7 +77,7 @@ def path_errors(data: xr.Dataset, which: str) -> Figure:
     figure, axes = panels(2, sharey=True)
     index = ("position", "rotation").index(which)
     error, unit = _errors(data)[index], ("mm", "rad")[index]
-    allowed, paper = (BOUNDS[index], PAPER_IJ[index])
+    allowed, paper = (BOUNDS[index], figures_10_11.PAPER_IJ[index])
     drawn = (error.sel(path=0), error.max("path"))
     titles = ("the first path", f"the largest of {data.sizes['path']} paths")
     for ax, values, title in zip(axes, drawn, titles, strict=True):
