@@ -3,7 +3,7 @@
 First candidates from all readings and ranges, then a search for all statements at once; then, for
 each statement that none of them meets, a search for that one alone; at last the nearest ones are
 run again on other seeds. What is counted are trials, so that the result is the same on every
-machine; it takes a few minutes::
+machine; it takes some twenty minutes::
 
     python benchmarks/search_table_7.py
 """
@@ -37,7 +37,7 @@ SIZE = Size(draws=4, paths=4)
 CHECK, CHECK_SEED, CHECKED = Size(draws=20, paths=10), 60_000_000, 8
 PACKAGE = (Law(False, False, False, False, False, 48),)  # the reading of `scara_drake.ik`
 PACKAGE_FIRST, PACKAGE_SEARCH = 40, (40, 3)
-ALONE = (16, 2)  # trials and generations of a search for one statement
+ALONE = (60, 3)  # trials and generations of a search for one statement
 
 
 def unmet(tried: list[Candidate]) -> list[str]:
@@ -101,9 +101,9 @@ def main() -> None:
     """Search and write the file."""
     parser = argparse.ArgumentParser(description="Search the coefficients of Table 7.")
     parser.add_argument("--seed", type=int, default=7)
-    parser.add_argument("--each", type=int, default=1, help="first candidates of each reading")
-    parser.add_argument("--trials", type=int, default=60, help="proposals of a generation")
-    parser.add_argument("--generations", type=int, default=4)
+    parser.add_argument("--each", type=int, default=5, help="first candidates of each reading")
+    parser.add_argument("--trials", type=int, default=500, help="proposals of a generation")
+    parser.add_argument("--generations", type=int, default=8)
     parser.add_argument("--out", type=Path, default=FILE)
     given = parser.parse_args()
     rows = full_search(given.seed, given.each, given.trials, given.generations)

@@ -44,7 +44,11 @@ def save_page(found: Contents, folder: Path) -> Path:
 def page(found: Contents) -> str:
     """Return the page."""
     title = "The paper, reproduced"
-    parts = [f"<h1>{title}</h1>", f"<p>{_emphasis(INTRODUCTION)}</p>", _table(*counts_table(found))]
+    parts = [
+        f"<h1>{title}</h1>",
+        f"<p>{_emphasis(INTRODUCTION)}</p>",
+        _table(*counts_table(found), "stacked"),
+    ]
     parts += [*_failures(found), _table_of_contents(found), _filter()]
     for chapter, sections in found.chapters.items():
         parts.append(f"<h2>{escape(chapter)}</h2>")
