@@ -95,7 +95,11 @@ def with_verdict(name, met):
 def test_accepted_verdicts_are_known_from_then_on(quick, capsys):
     assert call(quick) == 1  # all are new
     assert "new: table_1: Our own (not reproduced)" in capsys.readouterr().out
+    assert "new: table_1" in (quick / "out" / "reproduction.md").read_text()
     assert call(quick, "--accept") == 0
+    assert "new: table_1" in capsys.readouterr().out
+    for name in ("reproduction.md", "reproduction.html"):  # what is accepted is no difference
+        assert "new: " not in (quick / "out" / name).read_text()
     assert set(baseline.read()) == set(EXPERIMENTS)
     assert call(quick) == 0
     assert call(quick, "--only", "table_10") == 0  # what is not asked for is not gone

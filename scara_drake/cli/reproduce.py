@@ -6,6 +6,7 @@ import argparse
 import time
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -53,7 +54,9 @@ def run(options: argparse.Namespace, console: Console) -> int:
     expected = {name: claims for name, claims in asked.items() if name not in broken}
     differences = baseline.differences(expected, now)
     found = contents(selection, outcomes, differences, options.seed)
-    written = [save_page(found, options.out), save_markdown(found, options.out)]
+    # A report says what differs from the verdicts that are known when it is read.
+    shown = replace(found, differences=[]) if options.accept else found
+    written = [save_page(shown, options.out), save_markdown(shown, options.out)]
     _tell(found, console)
     console.print(f"Written: {' and '.join(map(str, written))}", highlight=False, soft_wrap=True)
     count = f"{len(outcomes)} experiment{'s' * (len(outcomes) != 1)}"
