@@ -27,7 +27,8 @@ INTRODUCTION: Final = (
     "became of it here. A verdict follows from a criterion by number. *Reproduced*: the criterion "
     "is met in its strict form. *Reproduced in kind*: in its weaker form, such as an order in "
     "place of a value. *Not reproduced*: in neither. *Not comparable*: there is nothing to "
-    "compare with."
+    "compare with. Tables 1 to 4, 11 and 12 are given to the model, so that *reproduced* says "
+    "there that their numbers are kept."
 )
 
 
