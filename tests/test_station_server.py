@@ -194,11 +194,15 @@ def test_who_says_what_is_no_message_is_sent_away_alone(
 
 
 def test_who_says_too_much_is_sent_away(station: Station) -> None:
-    with Page(station.address) as page:
-        with suppress(ConnectionClosed):  # it may be sent away before it has said all
-            for _ in range(2000):
-                page.socket.send('{"type":"view","delayed":true}')
-        assert page.is_sent_away() == BAD_MESSAGE
+    def code() -> int:
+        with Page(station.address) as page:
+            with suppress(ConnectionClosed):  # it may be sent away before it has said all
+                for _ in range(2000):
+                    page.socket.send('{"type":"view","delayed":true}')
+            return page.is_sent_away()
+
+    # Where the server ends a connection with messages unread, TCP resets it, and the code is lost.
+    assert any(code() == BAD_MESSAGE for _ in range(3))
 
 
 def test_beyond_so_many_pages_no_more_are_let_in(station: Station) -> None:
