@@ -14,7 +14,7 @@ from typing import Final
 from scara_drake.common.resources import resource
 from scara_drake.experiments import EXPERIMENTS, VERDICTS
 from scara_drake.experiments.claim import OURS, PAPER
-from scara_drake.reproduction.baseline import Difference
+from scara_drake.reproduction.baseline import SEED, Difference
 from scara_drake.reproduction.index import NUMBERED, Entry
 from scara_drake.reproduction.run import DRAWN, Outcome
 from scara_drake.reproduction.selection import Selection, experiment_of
@@ -22,6 +22,8 @@ from scara_drake.reproduction.selection import Selection, experiment_of
 BESIDE: Final = "Beside the paper"
 PACKAGES: Final = ("scara-drake", "drake", "numpy", "numba", "xarray")
 SOURCE_WORDS: Final = {PAPER: "statements of the paper", OURS: "criteria of our own"}
+TITLE: Final = "The paper, reproduced"
+DIFFERENT: Final = f"Other than the known verdicts, those of seed {SEED}:"
 INTRODUCTION: Final = (
     "Each table, figure and equation of the paper with what it states, in our words, and what "
     "became of it here. A verdict follows from a criterion by number. *Reproduced*: the criterion "

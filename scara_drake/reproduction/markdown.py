@@ -8,9 +8,10 @@ from pathlib import Path
 
 from scara_drake.common.files import whole_file, write_whole
 from scara_drake.experiments import report
-from scara_drake.reproduction.baseline import SEED
 from scara_drake.reproduction.contents import (
+    DIFFERENT,
     INTRODUCTION,
+    TITLE,
     Contents,
     Image,
     Section,
@@ -43,14 +44,14 @@ def save_markdown(found: Contents, folder: Path) -> Path:
 
 def markdown(found: Contents, folder: Path) -> str:
     """Return the page, as it is written into a folder."""
-    lines = ["# The paper, reproduced", "", INTRODUCTION, ""]
+    lines = [f"# {TITLE}", "", INTRODUCTION, ""]
     lines += [f"Made by `scara-drake reproduce` with {versions(found.seed)}.", ""]
     lines += [report.markdown_table(*counts_table(found))]
     if found.failed:
         lines += ["**Broke off:**", ""]
         lines += [f"- `{each.name}`: {each.error}" for each in found.failed] + [""]
     if found.differences:
-        lines += [f"**Other than the known verdicts, those of seed {SEED}:**", ""]
+        lines += [f"**{DIFFERENT}**", ""]
         lines += [f"- {each}" for each in found.differences] + [""]
     for title, sections in found.chapters.items():
         lines += [f"- {title}: {', '.join(_link(section) for section in sections)}"]

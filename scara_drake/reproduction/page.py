@@ -11,9 +11,10 @@ from typing import Final
 from scara_drake.common.files import write_whole
 from scara_drake.experiments import NOT_COMPARABLE, NOT_REPRODUCED, VERDICTS, report
 from scara_drake.experiments.reading import OpenQuestion
-from scara_drake.reproduction.baseline import SEED
 from scara_drake.reproduction.contents import (
+    DIFFERENT,
     INTRODUCTION,
+    TITLE,
     Contents,
     Image,
     Section,
@@ -43,9 +44,8 @@ def save_page(found: Contents, folder: Path) -> Path:
 
 def page(found: Contents) -> str:
     """Return the page."""
-    title = "The paper, reproduced"
     parts = [
-        f"<h1>{title}</h1>",
+        f"<h1>{TITLE}</h1>",
         f"<p>{_emphasis(INTRODUCTION)}</p>",
         _table(*counts_table(found), "stacked"),
     ]
@@ -59,7 +59,7 @@ def page(found: Contents) -> str:
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{title}</title><style>{STYLE.read_text(encoding='utf-8')}{_hiding()}</style></head>"
+        f"<title>{TITLE}</title><style>{STYLE.read_text(encoding='utf-8')}{_hiding()}</style></head>"
         f"<body>{''.join(parts)}</body></html>\n"
     )
 
@@ -75,7 +75,7 @@ def _failures(found: Contents) -> Iterator[str]:
         yield f'<p class="broke">Broke off: {escape(outcome.name)}: {escape(outcome.error)}</p>'
     if found.differences:
         lines = "".join(f"<li>{escape(str(each))}</li>" for each in found.differences)
-        yield f'<p class="broke">Other than the known verdicts, those of seed {SEED}:</p>'
+        yield f'<p class="broke">{DIFFERENT}</p>'
         yield f"<ul>{lines}</ul>"
 
 
