@@ -189,7 +189,7 @@ def test_a_store_falls_on_a_tick_to_the_bit(rows: int) -> None:
 def test_a_short_memory_has_no_archive() -> None:
     for block in (
         SignalDelay(ConstantDelay(0.2), np.zeros(8)),
-        PacketChannel(Packets(longest=0.2), np.zeros(8)),
+        PacketChannel(Packets(longest=0.15), np.zeros(8)),
     ):
         assert not block.declaration.archive
         assert block.declaration.store is None

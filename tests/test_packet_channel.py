@@ -27,6 +27,16 @@ class Count(VectorSystem):
         output[:] = round(context.get_time() / H)
 
 
+class EveryThird(VectorSystem):
+    """1 at every third tick, else 0."""
+
+    def __init__(self):
+        super().__init__(0, 1, False)
+
+    def DoCalcVectorOutput(self, context, inputs, state, output):
+        output[:] = round(context.get_time() / H) % 3 == 0
+
+
 def run(system, steps):
     """Send the number of the tick; return received, delay and age after each tick."""
     builder = DiagramBuilder()
@@ -227,3 +237,29 @@ def test_bad_links_are_refused_by_field_and_range(link, message):
 def test_a_send_period_between_ticks_is_refused():
     with pytest.raises(ValueError, match=r"send_period: 0\.0015 s, allowed a multiple of 0\.001 s"):
         PacketChannel(Packets(send_period=1.5e-3), [0.0])
+
+
+def test_a_selective_channel_sends_what_it_is_asked_to():
+    channel = PacketChannel(Packets(delay=ConstantDelay(2 * H)), [-1.0], selective=True)
+    builder = DiagramBuilder()
+    builder.AddSystem(channel)
+    count = builder.AddSystem(Count())
+    every_third = builder.AddSystem(EveryThird())
+    builder.Connect(count.get_output_port(), channel.GetInputPort("signal_sent"))
+    builder.Connect(every_third.get_output_port(), channel.GetInputPort("transmit"))
+    logs = [
+        LogVectorOutput(channel.GetOutputPort(name), builder, H)
+        for name in ("signal_received", "delay", "age_of_information", "packet_counts")
+    ]
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(20.5 * H)
+    received, delay, age, counts = (
+        log.FindLog(simulator.get_context()).data()[0, 1:] for log in logs
+    )
+    # Ticks 0, 3, 6, ... are sent, arrive two ticks later, and stand until the next.
+    ticks = np.arange(20)
+    sent = np.where(ticks >= 2, 3 * ((ticks - 2) // 3), -1)
+    np.testing.assert_array_equal(received, sent)
+    np.testing.assert_allclose(delay[2:], 2 * H, atol=1e-12)
+    np.testing.assert_allclose(age, (ticks - np.maximum(sent, 0)) * H, atol=1e-12)
+    np.testing.assert_array_equal(counts, ticks // 3 + 1)

@@ -19,6 +19,8 @@ from scara_drake.common.layout import REST, Cell, Layout
 
 Array = NDArray[np.float64]
 
+ASKED = 0.5  # from here on the packet of a tick is sent
+
 
 class Link(NamedTuple):
     """`Packets` in a kernel.
@@ -28,7 +30,6 @@ class Link(NamedTuple):
         loss: of `Loss.parameters`.
         longest: travel of a packet that still arrives [s].
         period: of the ticks [s].
-        send_period: from packet to packet [s].
         stride: ticks in a send period.
         ahead: ticks in the calendar at hand.
         law_size: entries of the law.
@@ -39,7 +40,6 @@ class Link(NamedTuple):
     loss: Array
     longest: float
     period: float
-    send_period: float
     stride: float
     ahead: float
     law_size: float
@@ -51,10 +51,12 @@ class Packet(NamedTuple):
 
     Attributes:
         ordinal: number of the packet + 1; 0 in an empty row.
+        sent: when it was sent [s].
         arrival: [s].
     """
 
     ordinal: Cell
+    sent: Cell
     arrival: Cell
 
 
@@ -66,7 +68,6 @@ class Flight(NamedTuple):
         lost: how many of them never arrive.
         in_use: number of the packet in use; -1 before the first.
         bad: 1 while the link is bad.
-        first: when the first packet was sent [s].
         stamp: when the packet in use was sent [s].
         tick: the last one, t / period.
         until: last tick of the calendar at hand; infinite without an archive.
@@ -79,7 +80,6 @@ class Flight(NamedTuple):
     lost: Cell
     in_use: Cell
     bad: Cell
-    first: Cell
     stamp: Cell
     tick: Cell
     until: Cell
@@ -88,14 +88,13 @@ class Flight(NamedTuple):
 
 
 LINK = Layout(Link, jitter=JITTER.size, loss=LOSS.size, law_and_outages=REST)
-PACKET = Layout(Packet, ordinal=(), arrival=())
+PACKET = Layout(Packet, ordinal=(), sent=(), arrival=())
 FLIGHT = Layout(
     Flight,
     count=(),
     lost=(),
     in_use=(),
     bad=(),
-    first=(),
     stamp=(),
     tick=(),
     until=(),
@@ -133,8 +132,6 @@ def send(t: float, signal_sent: Array, link: Array, seed: int, flight: Array) ->
     p, m = link_of(link), flight_of(flight)
     packet, ahead = int(m.count[()]), int(p.ahead)
     m.count[()] += 1.0
-    if packet == 0:
-        m.first[()] = t
     arrival = t + travel_time(t, link, seed, packet, m.bad)
     if np.isinf(arrival):
         m.lost[()] += 1.0
@@ -146,7 +143,7 @@ def send(t: float, signal_sent: Array, link: Array, seed: int, flight: Array) ->
         at = ahead + int(m.waiting[()]) % ahead
         m.waiting[()] += 1.0
     row = packet_of(rows[at])
-    row.ordinal[()], row.arrival[()] = packet + 1, arrival
+    row.ordinal[()], row.sent[()], row.arrival[()] = packet + 1, t, arrival
     rows[at, HEAD:] = signal_sent
 
 
@@ -154,6 +151,7 @@ def send(t: float, signal_sent: Array, link: Array, seed: int, flight: Array) ->
 def step_packets(
     t: float,
     signal_sent: Array,
+    transmit: Array,
     link: Array,
     seed: int,
     flight: Array,
@@ -166,6 +164,7 @@ def step_packets(
     Args:
         t: time now [s].
         signal_sent: (n,).
+        transmit: (1,), whether this tick's packet is sent, above one half.
         link: see `Link`.
         seed: of jitter and loss.
         flight: memory, see `Flight`.
@@ -178,14 +177,14 @@ def step_packets(
     m.tick[()] = tick
     if tick > m.until[()]:  # nothing was stored before
         m.until[()] = tick + ahead - 1
-    if tick % int(p.stride) == 0:
+    if tick % int(p.stride) == 0 and transmit[0] > ASKED:
         send(t, signal_sent, link, seed, flight)
     row = m.rows.reshape((-1, HEAD + signal_sent.size))[tick % ahead]
     arrived = packet_of(row)
     packet = int(arrived.ordinal[()]) - 1
     arrived.ordinal[()] = 0.0
     if packet > int(m.in_use[()]):
-        m.in_use[()], m.stamp[()] = packet, m.first[()] + packet * p.send_period
+        m.in_use[()], m.stamp[()] = packet, arrived.sent[()]
         delay[:] = arrived.arrival[()] - m.stamp[()]
         signal_received[:] = row[HEAD:]
     age_of_information[:] = t - m.stamp[()]

@@ -100,7 +100,6 @@ class Packets:
             loss=self.loss.parameters(),
             longest=self.longest,
             period=period,
-            send_period=self.send_period,
             stride=round(self.send_period / period),
             ahead=ahead,
             law_size=law.size,
@@ -113,6 +112,8 @@ class PacketChannel(Block):
 
     Ports:
         input signal_sent (n).
+        input transmit (1): whether the packet of this tick is sent, above one half; only of a
+            selective channel, others send each.
         output signal_received (n).
         output delay (1) [s]: travel time of the packet in use, 0 before the first.
         output age_of_information (1) [s]: since the packet in use was sent, or since the start
@@ -120,11 +121,11 @@ class PacketChannel(Block):
         output packet_counts (2): of the memory: how many were sent, and how many of them never
             arrive.
 
-    Update, at t = k period: every `send_period` a packet with the signal is sent; it arrives after
-    delay(t) + jitter, unless it is lost, sent in an outage, or slower than `longest`. Then
-    signal_received becomes that of the packet sent last among those that have arrived: one that
-    was overtaken is dropped, so the received signal never runs backwards, and while nothing
-    arrives it holds.
+    Update, at t = k period: every `send_period` a packet with the signal is sent, if `transmit`
+    says so; it arrives after delay(t) + jitter, unless it is lost, sent in an outage, or slower
+    than `longest`. Then signal_received becomes that of the packet sent last among those that have
+    arrived: one that was overtaken is dropped, so the received signal never runs backwards, and
+    while nothing arrives it holds.
     Initial: signal_received = initial, all others 0.
 
     The ports change right after t, as those of `SignalDelay`, which a constant delay of whole
@@ -137,6 +138,7 @@ class PacketChannel(Block):
         initial: (n,), received until the first packet arrives.
         period: [s].
         seed: of jitter and loss.
+        selective: it has the port `transmit`, and sends only what that asks for.
 
     Raises:
         ValueError: a field, the initial signal or the period is out of its bounds, or send_period
@@ -144,7 +146,12 @@ class PacketChannel(Block):
     """
 
     def __init__(
-        self, packets: Packets, initial: ArrayLike, period: float = 1e-3, seed: int = 0
+        self,
+        packets: Packets,
+        initial: ArrayLike,
+        period: float = 1e-3,
+        seed: int = 0,
+        selective: bool = False,
     ) -> None:
         fields.check(packets, "packets")
         first = check_signal(initial, period)
@@ -156,9 +163,10 @@ class PacketChannel(Block):
         here = np.zeros((2 if every else 1) * ahead * size)
         until = -1.0 if every else np.inf
         flight = FLIGHT.zeros(in_use=-1.0, tick=-1.0, until=until, rows=here)
+        transmit = {"transmit": Input(1)} if selective else {}
         super().__init__(
             Declaration(
-                inputs={"signal_sent": Input(first.size)},
+                inputs={"signal_sent": Input(first.size)} | transmit,
                 memory={
                     "signal_received": Memory(first, port=True),
                     "delay": Memory(1, port=True),
@@ -170,7 +178,8 @@ class PacketChannel(Block):
                     "link": packets.parameters(period, ahead),
                     "seed": seed,
                     "size": size,
-                },
+                }
+                | ({} if selective else {"transmit": np.ones(1)}),
                 period=period,
                 update=step_packets,
                 archive={"archived": Memory(ticks * size)} if every else {},
