@@ -52,9 +52,14 @@ def test_a_constant_delay_is_passive(up: float, down: float, impedance: float) -
     integrals=st.booleans(),
 )
 def test_it_is_passive_for_brisk_hands_over_any_channel(
-    hand: Master, up: Conditions, down: Conditions, impedance: float, limit: float, integrals: bool
+    hand: Master,
+    up: Conditions,
+    down: Conditions,
+    impedance: float,
+    limit: float,
+    integrals: bool,
 ) -> None:
-    coupling = WaveVariables(impedance=impedance, integrals=integrals, integral_time=0.02)
+    coupling = WaveVariables(impedance=impedance, integrals=integrals)
     result = Rig(master=hand, limit=limit).run(coupling, up.shown(6000), down.shown(6000), 6.0)
     assert abs(np.diff(result[:, X_M], 2)).max() < coupling.turn * PERIOD**2
     assert energy_left(result).min() + coupling.reserves() >= -1e-12

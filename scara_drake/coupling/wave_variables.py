@@ -135,6 +135,13 @@ def affordable(wave: float, arrived: float, played: float, period: float) -> flo
 
 
 @njit(cache=True)
+def make_up(missing: float, p: Gains) -> float:
+    """Return the wave that makes up for what is missing in the integral [sqrt(W) s], bounded."""
+    most = math.sqrt(0.5 * p.impedance) * p.max_speed
+    return min(max(p.integral_rate * missing, -most), most)
+
+
+@njit(cache=True)
 def corrected(wave: float, correction: float, left: float, share: float, period: float) -> float:
     """Return the wave with a correction, as far as a share of the energy pays that it leaves [J].
 
@@ -178,7 +185,7 @@ def wave_master(
             sent.integral[i] += u * period
             missing = newest.integral[i] - m.integral[i] - w * period
             left_w = newest.energy[i] - m.played[i]
-            w = corrected(w, p.integral_rate * missing, left_w, p.integral_rate * period, period)
+            w = corrected(w, make_up(missing, p), left_w, p.integral_rate * period, period)
         w = affordable(w, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * w * w * period
         m.integral[i] += w * period
@@ -215,7 +222,7 @@ def wave_slave(
         if p.integral_rate > 0.0:
             missing = newest.integral[i] - m.integral[i] - u * period
             left = newest.energy[i] - m.played[i]
-            drift += p.integral_rate * missing
+            drift += make_up(missing, p)
             u = corrected(u, drift, left, p.integral_rate * period, period)
         else:
             u += drift
@@ -245,12 +252,12 @@ class WaveVariables(Coupling):
         stiffness: K_c from the desired position to the tool.
         damping: B_c beside it.
         drift_gain: of the position error, as far as its energy goes.
-        max_speed: of that correction at the device.
+        max_speed: of that correction at the device, and of that of the integrals.
         reserve: E0 of each axis, in the master's units.
         turn: fastest change of the device's velocity by the hand, for which it is passive.
         integrals: whether the integral of the waves is sent beside them, so that a wave that is
             lost or overtaken is made up for.
-        integral_time: in which that is done.
+        integral_time: in which that is done, and in which energy that is left may be spent on it.
     """
 
     impedance: float = number(20.0, "N s/m", 0.1, 1e3)
@@ -261,7 +268,7 @@ class WaveVariables(Coupling):
     reserve: float = number(0.005, "J", 0.0, 100.0)
     turn: float = number(200.0, "m/s²", 1.0, 1e5)
     integrals: bool = False
-    integral_time: float = number(0.1, "s", 1e-3, 10.0)
+    integral_time: float = number(0.3, "s", 1e-3, 10.0)
 
     def reserves(self) -> float:
         """E0 of the master."""
