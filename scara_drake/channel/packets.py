@@ -79,9 +79,11 @@ class Packets:
         """Longest time that a packet takes [s]."""
         return self.longest
 
-    def make_system(self, initial: ArrayLike, period: float, seed: int) -> "PacketChannel":
-        """Return the link for a signal that starts from `initial` (n,)."""
-        return PacketChannel(self, initial, period, seed)
+    def make_system(
+        self, initial: ArrayLike, period: float, seed: int, selective: bool = False
+    ) -> "PacketChannel":
+        """Return the link for a signal that starts from `initial` (n,), see `PacketChannel`."""
+        return PacketChannel(self, initial, period, seed, selective)
 
     def ticks(self, period: float) -> int:
         """Return within how many ticks of `period` [s] every packet arrives, and one more."""
