@@ -12,7 +12,11 @@ the floor keeps noise around zero from being sent. Silence then means "as before
 `keep_alive` a packet is sent anyway, so that a lost one is made good, and an end that is silent can
 be told from one that is cut off.
 
-The codec leaves the packet as it is. Couplings that account for energy send the sum of it, so what
+A packet has all axes, so one that is sent for one of them would carry what cannot be felt on the
+others. It does not: such an entry is sent as it was sent last, and one within the floor of zero as
+zero. A loop whose gain is above one over a long delay would grow from that.
+
+All else in a packet is sent as it is. Couplings that account for energy send the sum of it, so what
 came in over samples that were not sent is in the next packet; until then the receiver knows less
 than there is, and gives out less.
 """
@@ -43,8 +47,8 @@ class DeadBand:
     """Which packets are sent: those with news that can be felt, and the keep-alives.
 
     The floors are those of the hand, in the master's units. Positions have no Weber's law, only the
-    floor; waves have that of a floor of speed under one of force, models of surfaces those of one
-    over the other.
+    floor. That of waves is where the power is that of both floors, those of models of surfaces
+    where it takes 1 cm, or 0.1 m/s, to make the floor of force.
 
     Attributes:
         k_up: share of what goes to the robot, from which a change is sent.
@@ -65,41 +69,53 @@ class DeadBand:
     def bands(self, direction: str, felt: Sequence[Felt]) -> Array:
         """Return a `Band` for each of what is felt in a packet "up" or "down", in a row (n,)."""
         k = {"up": self.k_up, "down": self.k_down}[direction]
-        return np.concatenate(
-            [
-                BAND.pack(
-                    first=entries.start,
-                    end=entries.stop,
-                    step=entries.step or 1,
-                    k=0.0 if quantity in ABSOLUTE else k,
-                    floor=QUANTITIES[quantity](self),
-                )
-                for entries, quantity in felt
-            ]
+        return np.concatenate([self._band(k, *together) for together in felt])
+
+    def _band(self, k: float, entries: slice, quantity: str) -> Array:
+        step, floor, absolute = entries.step or 1, QUANTITIES[quantity](self), quantity in ABSOLUTE
+        share = floor / math.sqrt(len(range(entries.start, entries.stop, step)))
+        return BAND.pack(
+            first=entries.start,
+            end=entries.stop,
+            step=step,
+            k=0.0 if absolute else k,
+            floor=floor,
+            noise=-1.0 if absolute else share,
         )
 
 
+WAY, PACE = 0.01, 0.1  # [m], [m/s]
 # The floor of each quantity.
 QUANTITIES: Final[dict[str, Callable[[DeadBand], float]]] = {
     "speed": lambda band: band.speed,
     "force": lambda band: band.force,
     "place": lambda band: band.place,
     "wave": lambda band: math.sqrt(band.force * band.speed),
-    "stiffness": lambda band: band.force / band.place,
-    "damping": lambda band: band.force / band.speed,
+    "stiffness": lambda band: band.force / WAY,
+    "damping": lambda band: band.force / PACE,
     "side": lambda band: 0.0,  # any change
 }
 ABSOLUTE: Final = ("place",)
 
 
 class Band(NamedTuple):
-    """What is felt together: entries first, first + step, ... before `end`; share and floor."""
+    """What is felt together.
+
+    Attributes:
+        first: entry; the next are `step` further each, before `end`.
+        end: see there.
+        step: see there.
+        k: share of the norm, from which a change is felt.
+        floor: smallest change of the norm that is felt.
+        noise: size up to which an entry is zero; below zero, where zero is one place among others.
+    """
 
     first: float
     end: float
     step: float
     k: float
     floor: float
+    noise: float
 
 
 class Sent(NamedTuple):
@@ -122,18 +138,14 @@ band_of, sent_of = BAND.reader(), SENT.reader()
 
 
 @njit(cache=True)
-def is_felt(packet: Array, sent: Array, bands: Array) -> bool:
-    """Whether a packet (n,) has news beside the one sent last (n,), by its bands, see `Band`."""
-    rows = bands.reshape((-1, BAND_SIZE))
-    for index in range(rows.shape[0]):
-        b = band_of(rows[index])
-        change, size = 0.0, 0.0
-        for i in range(int(b.first), int(b.end), int(b.step)):
-            change += (packet[i] - sent[i]) ** 2
-            size += sent[i] ** 2
-        if math.sqrt(change) > max(b.k * math.sqrt(size), b.floor):
-            return True
-    return False
+def norms(packet: Array, sent: Array, band: Band) -> tuple[float, float, float]:
+    """Return |x - x_sent|, the bound above which that is felt, and of how many entries they are."""
+    change, size, count = 0.0, 0.0, 0.0
+    for i in range(int(band.first), int(band.end), int(band.step)):
+        change += (packet[i] - sent[i]) ** 2
+        size += sent[i] ** 2
+        count += 1.0
+    return math.sqrt(change), max(band.k * math.sqrt(size), band.floor), count
 
 
 @njit(cache=True)
@@ -150,35 +162,60 @@ def ask(
         sent: memory, see `Sent`.
         transmit: (1,).
     """
-    m = sent_of(sent)
+    m, rows = sent_of(sent), bands.reshape((-1, BAND_SIZE))
     transmit[0] = 0.0
-    if int(m.ticks[()]) % stride == 0:
-        late = m.silent[()] + stride > keep_alive  # the next tick at which one can be sent
-        if late or is_felt(packet, m.packet, bands):
+    if int(m.ticks[()]) % stride != 0:
+        return
+    if m.silent[()] + stride > keep_alive:  # the next packet would come too late
+        transmit[0] = 1.0
+    for index in range(rows.shape[0]):
+        change, bound, _ = norms(packet, m.packet, band_of(rows[index]))
+        if change > bound:
             transmit[0] = 1.0
+
+
+@njit(cache=True)
+def encode(packet: Array, bands: Array, sent: Array, packet_sent: Array) -> None:
+    """Write the packet as it would be sent (n,): what cannot be felt in it is as it was sent last.
+
+    That is a change of an entry below the bound over the root of how many are felt together: of a
+    change that is felt at least one is above.
+    """
+    m, rows = sent_of(sent), bands.reshape((-1, BAND_SIZE))
+    packet_sent[:] = packet
+    for index in range(rows.shape[0]):
+        b = band_of(rows[index])
+        _, bound, count = norms(packet, m.packet, b)
+        for i in range(int(b.first), int(b.end), int(b.step)):
+            if abs(packet[i]) <= b.noise:
+                packet_sent[i] = 0.0
+            elif abs(packet[i] - m.packet[i]) <= bound / math.sqrt(count):
+                packet_sent[i] = m.packet[i]
 
 
 @njit(cache=True)
 def step_codec(packet: Array, bands: Array, keep_alive: float, stride: int, sent: Array) -> None:
     """One tick of `Codec`: remember what is sent."""
-    m, transmit = sent_of(sent), np.empty(1)
+    m, transmit, packet_sent = sent_of(sent), np.empty(1), np.empty(packet.size)
     ask(packet, bands, keep_alive, stride, sent, transmit)
     m.ticks[()] += 1.0
     m.silent[()] += 1.0
     if transmit[0] > 0.0:
+        encode(packet, bands, sent, packet_sent)
         m.silent[()] = 1.0
-        m.packet[:] = packet
+        m.packet[:] = packet_sent
 
 
 class Codec(Block):
-    """Says of each packet whether it is sent, for a selective `PacketChannel`.
+    """Says of each packet whether it is sent, for a selective `PacketChannel`, and as what.
 
     Ports:
         input packet (n).
         output transmit (1): 1 where it is sent, 0 where not; of the same instant.
+        output packet_sent (n): the packet without what cannot be felt; of the same instant.
 
-    Update, at t = k period, where `transmit` is 1: the packet is remembered as the one sent last.
-    Initial: nothing was sent, so the first one is.
+    Update, at t = k period, where `transmit` is 1: packet_sent is remembered as sent last.
+    Initial: nothing was sent, so the first packet is.
 
     Args:
         config: checked.
@@ -206,7 +243,7 @@ class Codec(Block):
             Declaration(
                 inputs={"packet": Input(size)},
                 memory={"sent": Memory(SENT.zeros(silent=np.inf, packet=np.zeros(size)))},
-                outputs={"transmit": Output(1, ask)},
+                outputs={"transmit": Output(1, ask), "packet_sent": Output(size, encode)},
                 parameters={
                     "bands": config.bands(direction, felt),
                     "keep_alive": round(config.keep_alive / period),

@@ -23,7 +23,7 @@ from scara_drake.channel.codec import Codec
 from scara_drake.channel.packets import Packets
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.master import SimulatedMaster
-from scara_drake.wiring import Signals, chain, link_signals, outputs
+from scara_drake.wiring import Signals, link_signals, outputs
 
 if TYPE_CHECKING:
     from scara_drake.operator.master import Master
@@ -109,8 +109,11 @@ def _add_link(
     else:
         carrier = builder.AddNamedSystem(name, link.make_system(*arguments, selective=True))
         felt = scenario.coupling.exchange().felt(direction)
-        chooser = Codec(codec, direction, felt, size, period, link.send_period)
-        transmit = chain(builder, f"codec_{direction}", chooser, packet)
-        builder.Connect(transmit, carrier.GetInputPort("transmit"))
+        chooser = builder.AddNamedSystem(
+            f"codec_{direction}", Codec(codec, direction, felt, size, period, link.send_period)
+        )
+        builder.Connect(packet, chooser.GetInputPort("packet"))
+        builder.Connect(chooser.GetOutputPort("transmit"), carrier.GetInputPort("transmit"))
+        packet = chooser.GetOutputPort("packet_sent")
     builder.Connect(packet, carrier.GetInputPort("signal_sent"))
     return carrier
