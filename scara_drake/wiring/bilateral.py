@@ -57,10 +57,10 @@ def add_bilateral(
     """
     master: Master = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     coupling, period, first = scenario.coupling, scenario.time_step, master.first_command()
+    hardware = master.hardware()
+    coupling = coupling.within(hardware.stiffness, hardware.damping)
     device = builder.AddNamedSystem("master", SimulatedMaster(master, period))
-    near = builder.AddNamedSystem(
-        "coupling_master", coupling.make_master(period, master.actuator_limit)
-    )
+    near = builder.AddNamedSystem("coupling_master", coupling.make_master(period, hardware.force))
     # The bandwidth tells the coupling how its commands are followed.
     bandwidth = scenario.inverse_kinematics.bandwidth
     codec = scenario.channel.codec
