@@ -74,7 +74,7 @@ def run(seed: int = 0, delays: tuple[float, ...] = DELAYS, duration: float = SWI
     data = xr.Dataset(
         {
             "by_kernel": over(
-                lambda *cell: simulated_boundary(*cell, duration),
+                lambda hand, b, t: simulated_boundary(hand, b, t, duration),
                 "largest stable stiffness, by runs of the device's kernel",
             ),
             "by_eigenvalues": over(
@@ -82,13 +82,13 @@ def run(seed: int = 0, delays: tuple[float, ...] = DELAYS, duration: float = SWI
             ),
             "law": over(linear_law, "all damping over half a period and the delay"),
             "passive": labelled(
-                "damping",
+                ("damping",),
                 np.array([passive_boundary(b) for b in DAMPINGS]),
                 "N/m",
                 "largest stiffness that is passive without delay; negative where none is",
             ),
             "in_springs": labelled(
-                "spring",
+                ("spring",),
                 np.array([exact_boundary((spring, 0.0), 0.0, 0.0) for spring in SPRINGS]),
                 "N/m",
                 "largest stable stiffness without delay and damping, in a hand that is a spring",
