@@ -15,7 +15,6 @@ from scara_drake.experiments.literature.delayed_wall import (
     DELAYS,
     HANDS,
     exact_boundary,
-    passive_boundary,
     simulated_boundary,
 )
 
@@ -71,9 +70,9 @@ def test_it_judges_what_it_is_given() -> None:
 
 
 def test_passive_is_below_stable() -> None:
-    assert passive_boundary(0.0) == 4000.0
-    assert passive_boundary(10.0) < 0.0
-    assert np.all(experiment().data.in_springs > 4000.0)
+    data = experiment().data
+    assert data.passive.values.tolist() == [4000.0, -16000.0]  # 2 (b - |B|) / T
+    assert np.all(data.in_springs > 4000.0)
 
 
 @pytest.mark.parametrize("delay", [0.0005, np.nan, np.inf, -0.001])

@@ -33,6 +33,7 @@ from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, at
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.operator.master import Master, move_device
 from scara_drake.recordings.labels import labelled
+from scara_drake.stability.certificates import colgate_bound
 
 Array = NDArray[np.float64]
 Hand = tuple[float, float]  # [N/m], [N s/m]
@@ -83,7 +84,7 @@ def run(seed: int = 0, delays: tuple[float, ...] = DELAYS, duration: float = SWI
             "law": over(linear_law, "all damping over half a period and the delay"),
             "passive": labelled(
                 ("damping",),
-                np.array([passive_boundary(b) for b in DAMPINGS]),
+                np.array([colgate_bound(FRICTION, b, PERIOD) for b in DAMPINGS]),
                 "N/m",
                 "largest stiffness that is passive without delay; negative where none is",
             ),
@@ -108,11 +109,6 @@ def run(seed: int = 0, delays: tuple[float, ...] = DELAYS, duration: float = SWI
 def linear_law(hand: Hand, damping: float, delay: float) -> float:
     """Return the stiffness [N/m] of the published law, the damping of the hand with the rest."""
     return (FRICTION + hand[1] + damping) / (0.5 * PERIOD + delay)
-
-
-def passive_boundary(damping: float) -> float:
-    """Return the largest passive stiffness [N/m] without delay; negative where none is."""
-    return 2.0 * (FRICTION - abs(damping)) / PERIOD
 
 
 def exact_boundary(hand: Hand, damping: float, delay: float) -> float:

@@ -30,8 +30,8 @@ from scara_drake.stability.certificates.semidefinite import propose
 
 Array = NDArray[np.float64]
 
-ORDER = 3  # N
-CLOSE = 2e-3  # length of the last interval that is tried, relative to what is proven
+ORDER = 2  # N
+CLOSE = 5e-3  # length of the last interval that is tried, relative to what is proven
 FIRST = 0.1  # of the slowest time that a step is tried with
 
 

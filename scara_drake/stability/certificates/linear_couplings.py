@@ -27,8 +27,8 @@ from scara_drake.wiring.bilateral import COMMAND_TICKS, DEVICE_TICKS, FORCE_TICK
 Array = NDArray[np.float64]
 
 HOLD_TICKS = 1  # a force and a command are each held for a tick, half of one on average
-MASTER_TICKS = 1.5  # from the device's motion to the force that answers it, which is held
-SLAVE_TICKS = 3.5  # from the tool's motion to the contact, the slave, the limiter
+OWN_TICKS = 1.5  # from the motion at an end to the force with which it answers, which is held
+FELT_TICKS = 3.5  # from the tool's motion to the contact, the slave, the limiter
 FREE: Final = "free"
 LIGHTLY: Final = ", lightly"
 
@@ -103,13 +103,15 @@ def _position_damping(
     spring, damper = scale * coupling.stiffness, scale * coupling.damping
     mass = scale * coupling.virtual_mass
     grip = 0.0 if touch.name == FREE else coupling.contact_damping
-    felt = np.array([touch.stiffness, touch.damping + grip])
-    a, b, c = np.zeros((6, 6)), np.zeros((6, 2)), np.zeros((2, 6))  # x, v, own force; the same
+    answer = np.array([spring, damper])
+    a, b, c = np.zeros((7, 7)), np.zeros((7, 2)), np.zeros((2, 7))
+    # x, v and own force of the device; x, v, own and felt force of the tool
     _device(a, master)
     a[3, 4] = 1.0
-    own = np.array([spring, damper])
-    _answer(a, 0, own, MASTER_TICKS * period, master.mass)
-    _answer(a, 3, own + scale * felt, SLAVE_TICKS * period, mass)
+    _answer(a, 0, 2, answer, OWN_TICKS * period, master.mass)
+    _answer(a, 3, 5, answer + scale * grip * np.array([0.0, 1.0]), OWN_TICKS * period, mass)
+    felt = np.array([touch.stiffness, touch.damping])
+    _answer(a, 3, 6, scale * felt, FELT_TICKS * period, mass)
     b[4, 0], c[0, 0] = spring / mass, 1.0
     b[1, 1], c[1, 3] = spring / master.mass, 1.0
     return Loop(a, b, c)
@@ -122,12 +124,12 @@ def _device(a: Array, master: Master) -> None:
     a[1, 1] = -(master.damping + master.hand_damping) / master.mass
 
 
-def _answer(a: Array, at: int, impedance: Array, late: float, mass: float) -> None:
-    """Let a mass feel the force g = impedance (x, v) of its own some time ago: q - g in its place.
+def _answer(a: Array, at: int, q: int, impedance: Array, late: float, mass: float) -> None:
+    """Let a mass feel the force g = impedance (x, v) of some time ago: q - g in its place.
 
-    q' = 2 / late (2 g - q). Its x, v and q are at `at` and behind.
+    q' = 2 / late (2 g - q). Its x, v are at `at` and behind it, the new state at `q`.
     """
-    x_v, q = slice(at, at + 2), at + 2
+    x_v = slice(at, at + 2)
     a[q, x_v] = 4.0 / late * impedance
     a[q, q] = -2.0 / late
     a[at + 1, x_v] += impedance / mass
