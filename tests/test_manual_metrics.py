@@ -217,9 +217,7 @@ def test_without_contact_there_is_none_of_a_contact() -> None:
     scenario.environment.surfaces = []
     one = simulate(scenario, duration=1.0)
     for figure in (effort_transparency, displayed_stiffness, backdrivability):
-        with pytest.raises(
-            ValueError, match="^recording: 0 samples in contact, allowed 20 or more"
-        ):
+        with pytest.raises(ValueError, match=r"^recording: 0 samples in contact, allowed 20 or"):
             figure(one)
     told = figures(one)
     assert "effort transparency" not in told

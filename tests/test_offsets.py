@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,7 +15,7 @@ from strategies import examples
 from scara_drake.metrics import offsets as module
 from scara_drake.metrics.offsets import delay_derivative, force_offsets, offsets, tool_offsets
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 PERIOD = 0.01
 TIME = PERIOD * np.arange(401)
 
