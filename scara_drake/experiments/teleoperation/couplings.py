@@ -64,6 +64,7 @@ LINKS: Final[dict[str, Link]] = {
 CASES: Final = ("free", "wall", "loss")
 LOSS = 0.1  # of the packets, in the case "loss"
 
+TICK = 1e-3  # [s]: packets with less jitter keep their order
 PRESS = (1.0, 2.0, 6.0, 7.0)  # [s], see `Master.times`
 LAST = 0.5  # [s], end of the run, in which a drift is left
 
@@ -206,6 +207,22 @@ def scenario(job: Job) -> Scenario:
     if job.case == "free":
         made.environment.surfaces = []
     return made
+
+
+def has_jitter(name: str) -> bool:
+    """Whether the jitter of a link of `LINKS` is that of a tick or more."""
+    link = LINKS[name]
+    return isinstance(link, Packets) and link.jitter.mean >= TICK
+
+
+def buffered(name: str) -> Link:
+    """Return a link of `LINKS` as it is through a playout buffer."""
+    link = LINKS[name]
+    from scipy import stats
+
+    a = (link.jitter.mean / link.jitter.std) ** 2
+    late = stats.gamma.ppf(0.99, a, scale=link.jitter.std**2 / link.jitter.mean)
+    return ConstantDelay(np.ceil(1e3 * (link.delay.delay + late)) / 1e3)
 
 
 def lossy(link: Link) -> Packets:
