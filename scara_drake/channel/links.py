@@ -1,6 +1,6 @@
 """The communication channel of a scenario: what carries the command up and the force down."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
 from scara_drake.channel.packets import Packets
@@ -10,6 +10,13 @@ from scara_drake.common import checks, fields
 from scara_drake.common.fields import number
 
 Link = DelayLaw | Packets
+
+
+def received_by(link: Link, uses_late: bool) -> Link:
+    """Return a link whose buffer does with late packets what the receiver wants, if left to it."""
+    if not isinstance(link, Packets) or link.playout is None or link.playout.late != "coupling":
+        return link
+    return replace(link, playout=replace(link.playout, late="use" if uses_late else "drop"))
 
 
 @dataclass
@@ -42,7 +49,7 @@ class Channel:
         for direction in ("up", "down"):
             link = self.link(direction)
             if link.maximum() > self.max_delay:
-                if isinstance(link, Packets):
+                if isinstance(link, Packets) and link.longest > self.max_delay:
                     checks.number(f"{name}.{direction}.longest", link.longest, 0.0, self.max_delay)
                 raise ValueError(
                     f"{name}.{direction}: a delay of up to {link.maximum():g} s, allowed 0 to "

@@ -41,6 +41,9 @@ class Exchange:
             ``tool_command`` and ``energy_slave``.
         master_memory: what the law at the master remembers; None for nothing.
         slave_memory: what the law at the slave remembers; None for nothing.
+        uses_late: whether a packet is of use that comes after its time to be played, see
+            `Playout`. A position that is late is still newer than the last; a wave is not asked
+            for then.
     """
 
     up: Layout
@@ -49,6 +52,7 @@ class Exchange:
     slave: Kernel
     master_memory: Layout | None = None
     slave_memory: Layout | None = None
+    uses_late: bool = True
 
     @property
     def up_size(self) -> int:

@@ -210,7 +210,9 @@ class WaveVariables(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
-        return Exchange(UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY)
+        return Exchange(
+            UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY, uses_late=False
+        )
 
     def parameters(self, period: float) -> Array:
         """The gains in the master's units."""

@@ -105,6 +105,9 @@ def _links(recording: xr.Dataset) -> Iterator[Figure]:
         if found is not None:
             lost = 100.0 * found.lost / max(found.sent, 1)
             yield Figure(f"packets {link}, lost", "%", lost)
+            if f"packets_late_{link}" in recording:
+                late = 100.0 * found.late / max(found.sent, 1)
+                yield Figure(f"packets {link}, late", "%", late)
             yield Figure(f"longest gap {link}", "ms", 1e3 * found.longest_gap)
 
 

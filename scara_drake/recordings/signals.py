@@ -97,6 +97,21 @@ def _cut() -> dict[str, Signal]:
     }
 
 
+def _playout(link: str) -> dict[str, Signal]:
+    """What a recording holds of the buffer of a link, see `channel.layouts.PlayoutState`."""
+    return {
+        f"{name}_{link}": Signal(f"playout_{link}", column, (), unit, long_name, False)
+        for column, (name, unit, long_name) in enumerate(
+            (
+                ("packets_late", "1", f"packets {link} so far that come after their time"),
+                ("packets_late_used", "1", "how many of these were used, and not dropped"),
+                ("packets_skipped", "1", "passed over by a buffer that became less deep"),
+                ("playout_depth", "s", f"depth of the buffer of the {link}link"),
+            )
+        )
+    }
+
+
 SIGNALS: Final[dict[str, Signal]] = {
     "q_measured": Signal("state", 0, _JOINT, _POSITIONS, "joint positions of the plant"),
     "v_measured": Signal("state", 6, _JOINT, _RATES, "joint rates of the plant"),
@@ -159,6 +174,8 @@ SIGNALS: Final[dict[str, Signal]] = {
     "packets_lost_down": Signal(
         "packet_counts_down", 1, (), "1", "packets sent down that never arrive", False
     ),
+    **_playout("up"),
+    **_playout("down"),
     "saturation": Signal(
         "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
     ),
@@ -239,6 +256,8 @@ PRESENT: Final[dict[str, str]] = {
     "command_watch": "the scenario has `channel.watch`",
     "packet_counts_up": "the uplink has packets",
     "packet_counts_down": "the downlink has packets",
+    "playout_up": "the uplink has a `playout`",
+    "playout_down": "the downlink has a `playout`",
     "saturation": "the controller is neither `!InverseDynamics` nor your own",
     "state_desired_governed": "the scenario has a `governor`",
     "actuation_delivered": "the scenario has `drives.lag`",

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
+from scara_drake.channel.links import received_by
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.master import SimulatedMaster
 from scara_drake.wiring import Signals, link_signals, outputs
@@ -68,7 +69,7 @@ def add_bilateral(
     uplink, downlink = (
         builder.AddNamedSystem(
             name,
-            scenario.channel.link(direction).make_system(
+            received_by(scenario.channel.link(direction), exchange.uses_late).make_system(
                 np.zeros(size), period, scenario.seed_of(name)
             ),
         )
