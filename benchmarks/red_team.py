@@ -30,12 +30,14 @@ from scara_drake.attack.objectives import (
     energy_accounts,
     thresholds_of,
 )
-from scara_drake.attack.search import Plan, search
+from scara_drake.attack.search import BATCH, Plan, search
 from scara_drake.attack.space import shortened
 from scara_drake.attack.trial import Problem, Trial
 from scara_drake.scenario import Scenario
+from scara_drake.simulation.processes import processes
 
 ENDS = ("slave", "master")
+SEARCHED = ("invariant", "energy")
 
 
 def ratio(end: int, axis: int, scenario: Scenario, recording: xr.Dataset) -> float:
@@ -56,52 +58,67 @@ def told(trials: list[Trial], name: str) -> tuple[float, float, float]:
     return max(values), *np.quantile(values, [0.99, 0.5])  # type: ignore[return-value]
 
 
-def show(objective: str, runs: int, harm: float) -> None:
-    """Say how far a search is."""
-    if runs % 200 < 8:
-        print(f"{objective}: {runs} runs, largest harm {harm:.3g}", flush=True)
-
-
-def main() -> None:
-    """Search, and print what came near."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--runs", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--duration", type=float, default=3.0, help="of a run [s]")
-    parser.add_argument("--coupling", default="!Tdpa {}")
-    parser.add_argument("--objective", nargs="+", default=["invariant", "energy"])
-    options = parser.parse_args()
+def add_figures() -> list[str]:
+    """Add the figures of this script to the objectives; return their names."""
     names = []
     for end, name in enumerate(ENDS):
         for axis, letter in enumerate("xyz"):
             names.append(f"ratio {name} {letter}")
             figure = partial(ratio, end, axis)
             OBJECTIVES[names[-1]] = Objective("1", "of the reserve", figure, lambda scenario: 1.0)
-    names.append("turn")
     OBJECTIVES["turn"] = Objective("1", "of `turn`", turning, lambda scenario: 1.0)
-    scenario = shortened(
-        load_scenario("bilateral", {"coupling": options.coupling}), options.duration
-    )
-    bounds, trials = bounds_of(scenario), []
-    begin = time.perf_counter()
-    for number, objective in enumerate(options.objective):
-        watched = [*names, *(each for each in ("invariant", "energy") if each != objective)]
-        problem = Problem(scenario, bounds, thresholds_of(scenario, [objective]), watched)
-        plan = Plan(options.runs // len(options.objective), options.seed + number, options.jobs)
+    return [*names, "turn"]
 
-        trials += search(problem, plan, partial(show, objective))
+
+def attack(part: tuple[str, int], runs: int, duration: float) -> list[Trial]:
+    """Return the runs of a search for an objective, by its name and a seed."""
+    objective, seed = part
+    scenario = pressed(duration)
+    watched = [*add_figures(), *(each for each in SEARCHED if each != objective)]
+    bounds, thresholds = bounds_of(scenario), thresholds_of(scenario, [objective])
+    problem = Problem(scenario, bounds, thresholds, watched)
+
+    def show(done: int, harm: float) -> None:
+        if done % 200 < BATCH:
+            print(f"{objective}, seed {seed}: {done} runs", flush=True)
+
+    return search(problem, Plan(runs, seed, 1), show)
+
+
+def pressed(duration: float) -> Scenario:
+    """Return the press that is attacked."""
+    return shortened(load_scenario("bilateral", {"coupling": "!Tdpa {}"}), duration)
+
+
+def main() -> None:
+    """Search, and print what came near."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--runs", type=int, default=10_000, help="in all")
+    parser.add_argument("--seed", type=int, default=0, help="of the first search")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--duration", type=float, default=3.0, help="of a run [s]")
+    options = parser.parse_args()
+    begin = time.perf_counter()
+    parts = [(name, options.seed + index) for index, name in enumerate(SEARCHED * 2)]
+    one = partial(attack, runs=options.runs // len(parts), duration=options.duration)
+    with processes(options.jobs) as pool:
+        trials = [trial for part in pool.map(one, parts) for trial in part]
+    print(f"\n{len(trials)} runs in {time.perf_counter() - begin:.0f} s, seed {options.seed}")
+    tell(trials, options.duration)
+
+
+def tell(trials: list[Trial], duration: float) -> None:
+    """Print the largest figures, what was covered, and the breaches."""
     counted = [trial for trial in trials if trial.counts]
     cut = sum(math.isfinite(trial.left_at) for trial in counted)
-    print(f"\n{len(trials)} runs in {time.perf_counter() - begin:.0f} s, seed {options.seed}")
     print(f"{len(counted)} count, {cut} of them until they left the engine's model")
-    for reason in sorted({trial.note.split(",")[0][:60] for trial in trials if not trial.counts}):
+    for reason in sorted({trial.note[:80] for trial in trials if not trial.counts})[:10]:
         print(f"left out, as: {reason}")
     print("\n| figure | largest | 99 % | median |\n|---|---|---|---|")
-    for name in (*names, "invariant", "energy"):
+    for name in (*add_figures(), *SEARCHED):
         most, high, median = told(counted, name)
         print(f"| {name} [{OBJECTIVES[name].unit}] | {most:.15g} | {high:.6g} | {median:.6g} |")
-    coverage = coverage_of(bounds, trials)
+    coverage = coverage_of(bounds_of(pressed(duration)), trials)
     print("\n| field | reached | median | largest gap | attacked |\n|---|---|---|---|---|")
     for name, each in coverage.fields.items():
         print(

@@ -32,12 +32,14 @@ class Objective:
         meaning: what it is.
         of: the figure of a scenario and its recording; a ValueError says why there is none.
         threshold: of a scenario; what is above it is a breach.
+        check: raises a ValueError for a scenario that can have no such figure.
     """
 
     unit: str
     meaning: str
     of: Callable[[Scenario, xr.Dataset], float]
     threshold: Callable[[Scenario], float]
+    check: Callable[[Scenario], None] = lambda scenario: None
 
 
 def energy_made(scenario: Scenario, recording: xr.Dataset) -> float:
@@ -72,12 +74,33 @@ def press_error(scenario: Scenario, recording: xr.Dataset) -> float:
     Raises:
         ValueError: the hand does not press and let go.
     """
+    held = _pressed(scenario, recording)
+    error = bilateral.position_error(recording, scenario.coupling.position_scale)
+    return float(metrics.rmse(error.sel(time=held.time)))
+
+
+def unrest(scenario: Scenario, recording: xr.Dataset) -> float:
+    """Ripple of the force in the steady press, over the largest of a press that is stable.
+
+    Raises:
+        ValueError: the hand does not press and let go.
+    """
+    master: Any = scenario.operator
+    ripple = bilateral.force_ripple(_pressed(scenario, recording))
+    way = float(np.linalg.norm(master.targets[1]))
+    return ripple / (bilateral.SWING * master.hand_stiffness * way)
+
+
+def _pressed(scenario: Scenario, recording: xr.Dataset) -> xr.Dataset:
+    """Return the steady part of the press.
+
+    Raises:
+        ValueError: the hand does not press and let go.
+    """
     times = scenario.operator.times  # type: ignore[union-attr]  # of a master
     if len(times) < 3 or recording.time[-1] < times[2]:
         raise ValueError("the hand does not press and let go")
-    held = bilateral.steady_press(recording, times[1], times[2])
-    error = bilateral.position_error(recording, scenario.coupling.position_scale)
-    return float(metrics.rmse(error.sel(time=held.time)))
+    return bilateral.steady_press(recording, times[1], times[2])
 
 
 def invariant_breach(scenario: Scenario, recording: xr.Dataset) -> float:
@@ -89,13 +112,26 @@ def invariant_breach(scenario: Scenario, recording: xr.Dataset) -> float:
     Raises:
         ValueError: the coupling promises none, or the samples are not at the ticks.
     """
-    coupling = scenario.coupling
-    if not isinstance(coupling, Tdpa):
-        raise ValueError(f"coupling: !{type(coupling).__name__}, allowed !Tdpa for an invariant")
-    if scenario.logging.period != scenario.time_step:
-        raise ValueError("logging.period: not the time step, which an invariant needs")
+    check_invariant(scenario)
+    coupling: Any = scenario.coupling
     beyond = [spent - told for spent, told in energy_accounts(recording, scenario.time_step)]
     return float(np.max(beyond)) - coupling.reserve
+
+
+def check_invariant(scenario: Scenario) -> None:
+    """Check that a scenario has an invariant, and shows it at every tick.
+
+    Raises:
+        ValueError: it has not.
+    """
+    kind, period = type(scenario.coupling), scenario.logging.period
+    if not issubclass(kind, Tdpa):
+        raise ValueError(f"coupling: !{kind.__name__}, allowed !Tdpa with the objective invariant")
+    if period != scenario.time_step:
+        raise ValueError(
+            f"time_step: {scenario.time_step:g} s, allowed {period:g} s, that of the samples, with "
+            "the objective invariant"
+        )
 
 
 def energy_accounts(recording: xr.Dataset, period: float) -> list[tuple[Array, Array]]:
@@ -134,9 +170,13 @@ OBJECTIVES: Final[dict[str, Objective]] = {
         "m", "tool from master while the hand presses, delay removed, rms", press_error,
         lambda scenario: 0.015,
     ),
+    "unrest": Objective(
+        "1", "ripple of the force while the hand presses, over that of a press that is stable",
+        unrest, lambda scenario: 1.0,
+    ),
     "invariant": Objective(
         "J", "energy that an end of TDPA gives out beyond its bound, at any tick", invariant_breach,
-        lambda scenario: ROUNDING,
+        lambda scenario: ROUNDING, check_invariant,
     ),
 }  # fmt: skip
 

@@ -14,7 +14,7 @@ from scara_drake.attack.objectives import OBJECTIVES, promise_broken
 from scara_drake.attack.space import attacked
 from scara_drake.engine.errors import LeftTheModelError
 from scara_drake.recordings.samples import Samples
-from scara_drake.scenario import Scenario
+from scara_drake.scenario import Scenario, check_scenario
 from scara_drake.simulation.many import one_line
 from scara_drake.simulation.run import run_into
 from scara_drake.simulation.steppers import COMPILED
@@ -37,6 +37,24 @@ class Problem:
     bounds: Sequence[Bound]
     thresholds: Mapping[str, float]
     watched: Sequence[str] = ()
+
+    def check(self) -> None:
+        """Check the scenarios at the ends of the fields' ranges, each beside the own values.
+
+        And that the coupling has the objectives at all.
+
+        Raises:
+            ValueError: a bound is beyond what the field itself allows; names the bound.
+        """
+        check_scenario(attacked(self.scenario, {}))
+        for name in self.thresholds:
+            OBJECTIVES[name].check(self.scenario)
+        for bound in self.bounds:
+            for end in bound.words or (bound.value(0.0), bound.value(1.0)):
+                try:
+                    check_scenario(attacked(self.scenario, {bound.label: end}))
+                except ValueError as error:
+                    raise ValueError(f"--bound {bound.label}: {error}") from None
 
 
 @dataclass(frozen=True)
