@@ -277,9 +277,17 @@ class WaveVariables(Coupling):
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
         up, down = (UP_WITH_INTEGRAL, DOWN_WITH_INTEGRAL) if self.integrals else (UP, DOWN)
-        # A wave that is late has no tick of its own any more; an integral is still of use.
         return Exchange(
-            up, down, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY, self.integrals
+            up,
+            down,
+            wave_master,
+            wave_slave,
+            MASTER_MEMORY,
+            SLAVE_MEMORY,
+            # A wave that is late has no tick of its own any more; an integral is still of use.
+            uses_late=self.integrals,
+            felt_up=((up.slices["wave"], "wave"),),
+            felt_down=((down.slices["wave"], "wave"),),
         )
 
     def parameters(self, period: float) -> Array:
