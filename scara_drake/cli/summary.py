@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -119,6 +120,9 @@ def _links(recording: xr.Dataset) -> Iterator[Row]:
         if found is not None:
             yield f"packets {link}, lost of sent", f"{found.lost} of {found.sent}", ""
             yield f"longest gap {link}", "", f"{1e3 * found.longest_gap:.0f} ms"
+            yield f"packets {link}, a second", f"{found.packets_per_second:.0f}", ""
+            if not math.isnan(found.numbers):
+                yield f"load {link}", f"{found.kilobits_per_second():.1f} kbit/s", ""
 
 
 def _error(curve: curves.Curve, recording: xr.Dataset) -> Iterator[Row]:
