@@ -7,6 +7,7 @@ and its two laws. The blocks, their ports and what all laws share are the same f
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,6 +43,9 @@ class Exchange:
             ``tool_command`` and ``energy_slave``.
         master_memory: what the law at the master remembers; None for nothing.
         slave_memory: what the law at the slave remembers; None for nothing.
+        uses_late: whether a packet is of use that comes after its time to be played, see
+            `Playout`. A position that is late is still newer than the last; a wave is not asked
+            for then.
         felt_up: which entries of the payload to the slave are perceived together, and as what, a
             name of `channel.codec.QUANTITIES`; without any, no codec can tell what to send.
         felt_down: the same of the payload to the master.
@@ -53,6 +57,7 @@ class Exchange:
     slave: Kernel
     master_memory: Layout | None = None
     slave_memory: Layout | None = None
+    uses_late: bool = True
     felt_up: tuple[Felt, ...] = ()
     felt_down: tuple[Felt, ...] = ()
 
@@ -111,6 +116,28 @@ class Coupling:
     def reserves(self) -> float:
         """Energy [J] that an axis may give out beside what came in, in the master's units."""
         return 0.0
+
+    def within(self, stiffness: float, damping: float) -> Self:
+        """Return what is left of the coupling on a device that renders no more than these.
+
+        A force that comes from the robot is not changed by what the device renders; only a kind
+        that makes its force at the device has something to cut.
+
+        Args:
+            stiffness: largest that the device renders [N/m].
+            damping: the same [N s/m].
+        """
+        return self
+
+    def asked_stiffness(self, surface: float) -> float:
+        """Return the stiffness [N/m] that a device is asked for where a surface [N/m] is touched.
+
+        That of the surface, and of the coupling's spring before it where it has one.
+        """
+        spring = getattr(self, "stiffness", None)
+        if spring is None or surface == 0.0:
+            return self.impedance_scale * surface
+        return self.impedance_scale * surface * spring / (surface + spring)
 
     @abstractmethod
     def exchange(self) -> Exchange:

@@ -14,8 +14,8 @@ moves freely and shows nothing.
 """
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from numba import njit
@@ -47,6 +47,7 @@ class Gains(NamedTuple):
     forgetting: float
     touch_force: float
     max_stiffness: float
+    max_damping: float
     power: float
 
 
@@ -113,7 +114,14 @@ def model_master(
     models, sent = down_of(s.newest).models, up_of(s.sent)
     for i in range(3):
         f_master[i], m.rendered[i] = render(
-            models[i], s.x[i], s.v[i], m.rendered[i], s.period, p.max_stiffness, p.power
+            models[i],
+            s.x[i],
+            s.v[i],
+            m.rendered[i],
+            s.period,
+            p.max_stiffness,
+            p.power,
+            p.max_damping,
         )
         sent.x[i] = s.x[i]
         sent.v[i] = s.v[i]
@@ -179,7 +187,8 @@ class ModelMediated(Coupling):
         fade_time: time constant of the received velocity while nothing arrives.
         forgetting: lambda of the least squares, each sample.
         touch_force: at the tool, above which there is contact.
-        max_stiffness: that the master renders at most.
+        max_stiffness: that the master renders at most; less where its device cannot.
+        max_damping: the same of the damping.
         power: at which a model may store energy under the hand.
     """
 
@@ -191,7 +200,20 @@ class ModelMediated(Coupling):
     forgetting: float = number(0.995, "1", 0.9, 1.0)
     touch_force: float = number(0.5, "N", 1e-3, 1e3)
     max_stiffness: float = number(1e4, "N/m", 1.0, 1e5)
+    max_damping: float = number(1e5, "N s/m", 0.0, 1e5)
     power: float = number(0.1, "W", 0.0, 1e3)
+
+    def within(self, stiffness: float, damping: float) -> Self:
+        """The coupling whose rendered model is cut to these limits [N/m, N s/m]."""
+        return replace(
+            self,
+            max_stiffness=min(self.max_stiffness, stiffness),
+            max_damping=min(self.max_damping, damping),
+        )
+
+    def asked_stiffness(self, surface: float) -> float:
+        """Stiffness [N/m] of the rendered model of a surface [N/m]."""
+        return min(self.impedance_scale * surface, self.max_stiffness)
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
@@ -223,5 +245,6 @@ class ModelMediated(Coupling):
             forgetting=self.forgetting,
             touch_force=self.force_scale * self.touch_force,
             max_stiffness=self.max_stiffness,
+            max_damping=self.max_damping,
             power=self.power,
         )

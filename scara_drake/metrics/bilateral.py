@@ -31,6 +31,11 @@ def age_of_information(recording: xr.Dataset, link: str) -> xr.DataArray:
     return recording[name] if name in recording else recording[f"delay_{link}"]
 
 
+def vector_size(vector: xr.DataArray) -> xr.DataArray:
+    """Size (time) of a vector (time, axis); where an entry is missing it counts as zero."""
+    return (vector**2).sum("axis") ** 0.5
+
+
 def as_received(signal: xr.DataArray, age: xr.DataArray) -> xr.DataArray:
     """Signal (time, axis) as it was `age` (time) [s] ago; its first value before it began."""
     t = signal.time.values
@@ -48,29 +53,29 @@ def tool_way(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray
 def position_error(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray:
     """Distance (time) [m] of the tool from where the master was when it sent."""
     sent = as_received(recording.x_master, age_of_information(recording, "up"))
-    return _size(tool_way(recording, position_scale) - sent)
+    return vector_size(tool_way(recording, position_scale) - sent)
 
 
 def drift(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray:
     """Distance (time) [m] of the tool from the master at the same time."""
-    return _size(tool_way(recording, position_scale) - recording.x_master)
+    return vector_size(tool_way(recording, position_scale) - recording.x_master)
 
 
 def force_error(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
     """Difference (time) [N] of the force at the master from that at the tool when it was sent."""
     resisting = -force_scale * recording.f_env_on_tool_W
     sent = as_received(resisting.fillna(0.0), age_of_information(recording, "down"))
-    return _size(recording.f_master - sent)
+    return vector_size(recording.f_master - sent)
 
 
 def peak_force(recording: xr.Dataset) -> float:
     """Largest force at the master [N], before the limit of its actuators."""
-    return float(_size(recording.f_master).max("time"))
+    return float(vector_size(recording.f_master).max("time"))
 
 
 def mean_size(signal: xr.DataArray) -> float:
     """Mean size of a vector (time, axis) over the time; where there is none, it counts as zero."""
-    return float(_size(signal.fillna(0.0)).mean("time"))
+    return float(vector_size(signal.fillna(0.0)).mean("time"))
 
 
 def force_ripple(recording: xr.Dataset) -> float:
@@ -80,7 +85,7 @@ def force_ripple(recording: xr.Dataset) -> float:
 
 def contact_share(recording: xr.Dataset) -> float:
     """Share of the time in which the tool is touched; 0 without a surface."""
-    return float((_size(recording.f_env_on_tool_W) > 0.0).mean("time"))
+    return float((vector_size(recording.f_env_on_tool_W) > 0.0).mean("time"))
 
 
 def is_driven(recording: xr.Dataset, mass: float, available: float) -> bool:
@@ -94,7 +99,7 @@ def is_driven(recording: xr.Dataset, mass: float, available: float) -> bool:
         mass: of the device [kg].
         available: energy of the hand, at most [J].
     """
-    speed = _size(recording.v_master).max("time")
+    speed = vector_size(recording.v_master).max("time")
     return bool(0.5 * mass * speed**2 >= available)
 
 
@@ -177,10 +182,6 @@ def decades(impedance: xr.DataArray, other: xr.DataArray, signed: bool = False) 
     position = np.log(impedance.frequency.values)
     total = np.trapezoid(ratio if signed else abs(ratio), position)
     return float(total / (position[-1] - position[0]))
-
-
-def _size(vector: xr.DataArray) -> xr.DataArray:
-    return (vector**2).sum("axis") ** 0.5
 
 
 def _spectrum(samples: Array) -> NDArray[np.complex128]:

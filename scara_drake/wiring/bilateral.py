@@ -8,6 +8,11 @@
                                                  '-- f_env_on_tool_W <- (contact)
 
 Where the scenario has a codec, one before each link says which packets that sends.
+With a policy, the operator's hand is moved by `operator`, who has the picture that comes back over
+a link of its own, and what is local at the master::
+
+    operator -> master      operator <- view <- tool_position <- (plant)
+       ^----------'
 """
 
 from __future__ import annotations
@@ -20,10 +25,14 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from scara_drake.channel.codec import Codec
+from scara_drake.channel.links import received_by
 from scara_drake.channel.packets import Packets
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.master import SimulatedMaster
-from scara_drake.wiring import Signals, link_signals, outputs
+from scara_drake.operator.policy import OperatorPolicy
+from scara_drake.wiring import Signals, connect_by_name, link_signals, outputs
+from scara_drake.wiring.trainee import SEEDS, add_view
 
 if TYPE_CHECKING:
     from scara_drake.operator.master import Master
@@ -56,10 +65,10 @@ def add_bilateral(
     """
     master: Master = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     coupling, period, first = scenario.coupling, scenario.time_step, master.first_command()
+    hardware = master.hardware()
+    coupling = coupling.within(hardware.stiffness, hardware.damping)
     device = builder.AddNamedSystem("master", SimulatedMaster(master, period))
-    near = builder.AddNamedSystem(
-        "coupling_master", coupling.make_master(period, master.actuator_limit)
-    )
+    near = builder.AddNamedSystem("coupling_master", coupling.make_master(period, hardware.force))
     # The bandwidth tells the coupling how its commands are followed.
     bandwidth = scenario.inverse_kinematics.bandwidth
     codec = scenario.channel.codec
@@ -94,6 +103,8 @@ def add_bilateral(
     for system in (device, near, far, kinematics):
         made |= dict(outputs(system))
     made["tool_command_received"] = made.pop("tool_command")
+    if master.policy is not None:
+        made |= _add_policy(builder, scenario, device, q_start, signals)
     return signals | made | link_signals(uplink, "up") | link_signals(downlink, "down")
 
 
@@ -102,13 +113,14 @@ def _add_link(
 ) -> System:
     """Add the link "up" or "down" of some packets, behind a codec where there is one."""
     name, period, size = f"{direction}link", scenario.time_step, packet.size()
-    link, codec = scenario.channel.link(direction), scenario.channel.codec
+    exchange, codec = scenario.coupling.exchange(), scenario.channel.codec
+    link = received_by(scenario.channel.link(direction), exchange.uses_late)
     arguments = np.zeros(size), period, scenario.seed_of(name)
     if codec is None or not isinstance(link, Packets):
         carrier = builder.AddNamedSystem(name, link.make_system(*arguments))
     else:
         carrier = builder.AddNamedSystem(name, link.make_system(*arguments, selective=True))
-        felt = scenario.coupling.exchange().felt(direction)
+        felt = exchange.felt(direction)
         chooser = builder.AddNamedSystem(
             f"codec_{direction}", Codec(codec, direction, felt, size, period, link.send_period)
         )
@@ -117,3 +129,29 @@ def _add_link(
         packet = chooser.GetOutputPort("packet_sent")
     builder.Connect(packet, carrier.GetInputPort("signal_sent"))
     return carrier
+
+
+def _add_policy(
+    builder: DiagramBuilder, scenario: Scenario, device: System, q_start: Array, signals: Signals
+) -> Signals:
+    """Add the operator who reacts: he has the picture and its age, and what is local."""
+    master: Master = scenario.operator  # type: ignore[assignment]  # the table has chosen it
+    seen = add_view(builder, scenario, q_start, signals)
+    view: System = seen.get_system()  # type: ignore[assignment]  # the stubs know no type
+    mind = OperatorPolicy(
+        master.policy,  # type: ignore[arg-type]  # there is one
+        forward_kinematics(q_start)[:3, 3],
+        scenario.coupling.position_scale,
+        master.hand_stiffness,
+        scenario.time_step,
+        SEEDS + scenario.seed % SEEDS,
+    )
+    operator = builder.AddNamedSystem("operator", mind)
+    told = link_signals(view, "view")
+    known = {"tool_seen": seen, "age_seen": told.get("age_view", told["delay_view"])}
+    connect_by_name(builder, operator, known | dict(outputs(device)))
+    builder.Connect(operator.GetOutputPort("hand_wanted"), device.GetInputPort("hand_wanted"))
+    return {
+        "tool_seen": seen,
+        "policy_state": operator.GetOutputPort("policy_state"),
+    } | {name: port for name, port in told.items() if name == "age_view"}
