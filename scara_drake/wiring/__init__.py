@@ -39,7 +39,7 @@ def packet_sizes(signals: Signals) -> dict[str, int]:
     """Return how many numbers are in a packet of each link that has packets, for the recording."""
     links = {name: signals.get(f"packet_counts_{name}") for name in ("up", "down")}
     return {
-        f"packet_numbers_{name}": port.get_system().GetInputPort("signal_sent").size()
+        f"packet_numbers_{name}": cast(System, port.get_system()).GetInputPort("signal_sent").size()
         for name, port in links.items()
         if port is not None
     }
