@@ -63,6 +63,16 @@ def _couplings() -> dict[str, tuple[str, Changes]]:
     }
 
 
+def _codecs() -> dict[str, tuple[str, Changes]]:
+    return {
+        f"{kind}, dead band": (
+            "bilateral",
+            {**LOSSY, "coupling": f"!{kind} {{}}", "channel.codec": "{keep_alive: 0.02}"},
+        )
+        for kind in COUPLINGS
+    }
+
+
 def _surfaces() -> dict[str, tuple[str, Changes]]:
     return {
         f"{motion} {surface}, {law}": (
@@ -78,6 +88,7 @@ def _surfaces() -> dict[str, tuple[str, Changes]]:
 CASES: dict[str, tuple[str, Changes]] = {
     **{name: (name, {}) for name in scenario_names()},
     **_couplings(),
+    **_codecs(),
     **_surfaces(),
     **{f"controller {c[1:]}": ("joint_sine", {"controller": c}) for c in CONTROLLERS},
     **{
@@ -208,6 +219,7 @@ QUICK = [
     *_surfaces(),
     "cut pipe",
     "Tdpa, jitter with loss",
+    "Tdpa, dead band",
     "device touch",
     "WaveVariables, constant delay",
     "controller Pid {}",

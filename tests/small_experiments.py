@@ -37,6 +37,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "sweep_duration": 0.0,
     },
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
+    "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

@@ -38,6 +38,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_9,
 )
 from scara_drake.experiments.literature import delayed_wall, displayed_impedance
+from scara_drake.experiments.literature import dead_band, delayed_wall
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -70,6 +71,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
     "delayed_wall": delayed_wall.run,
+    "dead_band": dead_band.run,
 }
 
 __all__ = [

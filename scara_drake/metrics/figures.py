@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Final, NamedTuple
@@ -125,6 +126,9 @@ def _links(recording: xr.Dataset) -> Iterator[Figure]:
                 late = 100.0 * found.late / max(found.sent, 1)
                 yield Figure(f"packets {link}, late", "%", late)
             yield Figure(f"longest gap {link}", "ms", 1e3 * found.longest_gap)
+            yield Figure(f"packets {link}", "1/s", found.packets_per_second)
+            if not math.isnan(found.numbers):
+                yield Figure(f"load {link}", "kbit/s", found.kilobits_per_second())
 
 
 def _coupling(recording: xr.Dataset) -> Iterator[Figure]:
