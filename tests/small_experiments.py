@@ -36,6 +36,11 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "devices": {
+        "devices": ("own", "touch"),
+        "couplings": ("direct", "TDPA"),
+        "presets": ("none",),
+    },
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

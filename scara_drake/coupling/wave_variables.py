@@ -208,6 +208,10 @@ class WaveVariables(Coupling):
         """E0 of the master."""
         return self.reserve
 
+    def asked_damping(self) -> float:
+        """The impedance of the waves [N s/m], which the device shows to fast motion."""
+        return self.impedance_scale * self.impedance
+
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
         return Exchange(UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY)

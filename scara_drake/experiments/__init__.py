@@ -37,7 +37,13 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
+from scara_drake.experiments.teleoperation import (
+    couplings,
+    devices,
+    figure_22,
+    figure_28,
+    figures_20_27,
+)
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "table_1": stated_numbers.table_1,
@@ -66,6 +72,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
+    "devices": devices.run,
     "stability": stability.run,
 }
 

@@ -26,7 +26,7 @@ from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory
 from scara_drake.common.fields import check, choice, number, rows, vector
 from scara_drake.kinematics import REACH
-from scara_drake.operator.device_motion import DEVICE, device_of, measure_device, move_device
+from scara_drake.operator.device_motion import DEVICE, device_of, move_device
 from scara_drake.operator.hand import WAYPOINT, Sweep, hand_target_at
 from scara_drake.operator.kinesthetic_devices import DEVICES, OWN, KinestheticDevice
 from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
@@ -155,8 +155,6 @@ class Master:
             viscous=hardware.viscous + self.hand_damping,
             friction=hardware.friction,
             workspace=hardware.workspace or math.inf,
-            resolution=hardware.resolution,
-            decay=math.exp(-self.velocity_bandwidth * period),
         )
 
     def transition(self, period: float) -> Array:
@@ -198,35 +196,15 @@ def master_step(
     move_device(device, f_master, target_next, motion_master, hand_target, f_hand)
 
 
-@njit(cache=True)
-def measured_step(
-    t: float,
-    f_master: Array,
-    device: Array,
-    waypoints: Array,
-    sweep: Array,
-    motion_device: Array,
-    motion_master: Array,
-    hand_target: Array,
-    f_hand: Array,
-) -> None:
-    """One tick of `SimulatedMaster` whose device has encoders, in place."""
-    master_step(t, f_master, device, waypoints, sweep, motion_device, hand_target, f_hand)
-    measure_device(device, motion_device, motion_master)
-
-
 class SimulatedMaster(Block):
     """A kinesthetic device in a hand.
 
     Ports:
         input f_master (3) [N]: commanded force of the device, each axis; positive resists motion in
             the positive direction.
-        output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace,
-            as its driver gives them, see `measure_device`.
+        output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace.
         output hand_target (3) [m]: where the hand wants to be.
         output f_hand (3) [N]: force of the hand on the device.
-        output motion_device (6) [m, m/s]: its true motion; only of a device whose encoders have a
-            resolution, for without it is motion_master.
 
     Update, at t = k period: the motion from t to t + period, see `move_device`.
     Initial: at rest at zero.
@@ -242,7 +220,6 @@ class SimulatedMaster(Block):
     def __init__(self, master: Master, period: float = 1e-3) -> None:
         check(master, "master")
         checks.number("period", period, 1e-4, 0.1)
-        measured = master.hardware().resolution > 0.0
         super().__init__(
             Declaration(
                 inputs={"f_master": Input(3, finite=True)},
@@ -250,7 +227,6 @@ class SimulatedMaster(Block):
                     "motion_master": Memory(6, port=True),
                     "hand_target": Memory(3, port=True),
                     "f_hand": Memory(3, port=True),
-                    **({"motion_device": Memory(6, port=True)} if measured else {}),
                 },
                 parameters={
                     "device": master.parameters(period),
@@ -258,7 +234,7 @@ class SimulatedMaster(Block):
                     "sweep": master.sweep.parameters(),
                 },
                 period=period,
-                update=measured_step if measured else master_step,
+                update=master_step,
             )
         )
 

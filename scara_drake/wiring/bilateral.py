@@ -18,6 +18,7 @@ from pydrake.systems.framework import DiagramBuilder, System
 from pydrake.systems.primitives import ConstantVectorSource
 
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.operator.device_encoder import DeviceEncoder
 from scara_drake.operator.master import SimulatedMaster
 from scara_drake.wiring import Signals, link_signals, outputs
 
@@ -55,6 +56,11 @@ def add_bilateral(
     hardware = master.hardware()
     coupling = coupling.within(hardware.stiffness, hardware.damping)
     device = builder.AddNamedSystem("master", SimulatedMaster(master, period))
+    motion, shown = device.GetOutputPort("motion_master"), []
+    if hardware.resolution > 0.0:
+        encoder = builder.AddNamedSystem("device_encoder", DeviceEncoder(master, period))
+        builder.Connect(motion, encoder.get_input_port())
+        motion, shown = encoder.get_output_port(), [encoder]
     near = builder.AddNamedSystem("coupling_master", coupling.make_master(period, hardware.force))
     # The bandwidth tells the coupling how its commands are followed.
     bandwidth = scenario.inverse_kinematics.bandwidth
@@ -86,7 +92,7 @@ def add_bilateral(
         builder.Connect(source.GetOutputPort(output), target.GetInputPort(name))
 
     connect(near, "f_master", device, "f_master")
-    connect(device, "motion_master", near, "motion_master")
+    builder.Connect(motion, near.GetInputPort("motion_master"))
     connect(near, "packet_to_slave", uplink, "signal_sent")
     connect(uplink, "signal_received", far, "packet_from_master")
     connect(far, "packet_to_master", downlink, "signal_sent")
@@ -96,7 +102,7 @@ def add_bilateral(
     connect(far, "tool_command", kinematics, "tool_command")
 
     made: Signals = {}
-    for system in (device, near, far, kinematics):
+    for system in (device, *shown, near, far, kinematics):
         made |= dict(outputs(system))
     made["tool_command_received"] = made.pop("tool_command")
     return signals | made | link_signals(uplink, "up") | link_signals(downlink, "down")
