@@ -36,6 +36,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "quantised_wall": {"walls": ("viscous", "counts"), "users": 2},
     "devices": {
         "devices": ("own", "touch"),
         "couplings": ("direct", "TDPA"),

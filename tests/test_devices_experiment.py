@@ -31,7 +31,8 @@ def test_verdicts() -> None:
 def test_the_own_device_has_one_scale() -> None:
     own = experiment().data.sel(device="own")
     for name, values in own.data_vars.items():
-        np.testing.assert_array_equal(*(values.sel(scale=s) for s in devices.SCALES), str(name))
+        full, natural = (values.sel(scale=scale).values for scale in devices.SCALES)
+        np.testing.assert_array_equal(full, natural, str(name))
         assert values.attrs["units"], name
     assert not own.meter_bound.any()
 

@@ -37,6 +37,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
+from scara_drake.experiments.literature import quantised_wall
 from scara_drake.experiments.teleoperation import (
     couplings,
     devices,
@@ -73,6 +74,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
     "devices": devices.run,
+    "quantised_wall": quantised_wall.run,
     "stability": stability.run,
 }
 
