@@ -138,6 +138,15 @@ CASES: dict[str, tuple[str, Changes]] = {
             "channel.watch": "{age_limit: 0.02, afterwards: catch_up}",
         },
     ),
+    "buffers": (
+        "bilateral",
+        {
+            **LOSSY,
+            "coupling": "!WaveVariables {}",
+            "channel.up.playout": "{depth: 0.014}",
+            "channel.down.playout": "{kind: adaptive, percentile: 90.0, window: 50.0}",
+        },
+    ),
     "supervised, any delay": ("teleoperation", {**COMES, "supervision": "{}"}),
     # A trace without buttons is engaged from the start; the link is lost at 0.12 s.
     "supervised, link lost": (
@@ -206,6 +215,7 @@ QUICK = [
     "governed stick",
     "delayed process",
     "command watch",
+    "buffers",
     "supervised, link lost",
     "logged each 1/3 s",
     "steps of 0.5 ms",

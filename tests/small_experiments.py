@@ -42,6 +42,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "couplings": ("direct", "TDPA"),
         "presets": ("none",),
     },
+    "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

@@ -23,6 +23,7 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     ),
     "quantised_wall": ("test_quantised_wall", "experiment", "test_it_judges_what_it_is_given"),
     "devices": ("test_devices_experiment", "experiment", "test_it_judges_what_it_is_given"),
+    "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
     **{
         name: ("test_stated_numbers", name, f"test_{name}_judges_what_it_is_given")
         for name in ("table_1", "table_2", "table_3", "table_4", "table_11", "table_12")

@@ -25,6 +25,7 @@ from scara_drake.common.fields import number
 from scara_drake.common.layout import Layout
 from scara_drake.coupling.ends import Coupling, Exchange
 from scara_drake.coupling.kernels import admit, hold_velocity, master_tick, meter, slave_tick
+from scara_drake.coupling.layouts import HELD, held_of
 from scara_drake.coupling.surface_model import FIT, MODEL, fit_surface, read_surface, render
 
 Array = NDArray[np.float64]
@@ -76,20 +77,20 @@ class SlaveMemory(NamedTuple):
     Attributes:
         x_d: followed position (3,) [m].
         f: force of the spring and the damper at the last tick (3,) [N].
-        v_held: received velocity (3,) [m/s].
+        held: received velocity, see `Held`.
         fits: a `Fit` of each axis (3, 14).
     """
 
     x_d: Array
     f: Array
-    v_held: Array
+    held: Array
     fits: Array
 
 
 GAINS = Layout(Gains)
 UP, DOWN = Layout(Up, x=3, v=3, f=3), Layout(Down, models=(3, MODEL.size))
 MASTER_MEMORY = Layout(MasterMemory, rendered=3)
-SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, v_held=3, fits=(3, FIT.size))
+SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, held=HELD.size, fits=(3, FIT.size))
 gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
 master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader()
 
@@ -156,9 +157,10 @@ def model_slave(
     )
     p, m = gains_of(s.gains), slave_memory_of(s.memory)
     newest, models = up_of(s.newest), down_of(s.sent).models
-    hold_velocity(s.progress, newest.v, p.fade, m.v_held)
+    ahead = hold_velocity(s, newest.v, p.fade, m.held)
+    v_held = held_of(m.held).v
     for i in range(3):
-        v = m.v_held[i] + p.drift_gain * (newest.x[i] - m.x_d[i])
+        v = v_held[i] + p.drift_gain * (newest.x[i] + ahead * newest.v[i] - m.x_d[i])
         v = min(max(v, -p.max_speed), p.max_speed)
         meter(energy_slave, i, -m.f[i] * v * s.period)
         m.x_d[i] += v * s.period
@@ -215,7 +217,21 @@ class ModelMediated(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
-        return Exchange(UP, DOWN, model_master, model_slave, MASTER_MEMORY, SLAVE_MEMORY)
+        of_model = {"stiffness": "stiffness", "damping": "damping", "x": "place", "side": "side"}
+        models = DOWN.slices["models"]
+        return Exchange(
+            UP,
+            DOWN,
+            model_master,
+            model_slave,
+            MASTER_MEMORY,
+            SLAVE_MEMORY,
+            felt_up=((UP.slices["v"], "speed"), (UP.slices["f"], "force")),
+            felt_down=tuple(
+                (slice(models.start + MODEL.slices[name].start, models.stop, MODEL.size), quantity)
+                for name, quantity in of_model.items()
+            ),
+        )
 
     def parameters(self, period: float) -> Array:
         """The gains in the master's units."""

@@ -37,7 +37,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import quantised_wall
+from scara_drake.experiments.literature import delayed_wall, displayed_impedance, quantised_wall
 from scara_drake.experiments.teleoperation import (
     couplings,
     devices,
@@ -75,7 +75,9 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "couplings": couplings.run,
     "devices": devices.run,
     "quantised_wall": quantised_wall.run,
+    "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
+    "delayed_wall": delayed_wall.run,
 }
 
 __all__ = [

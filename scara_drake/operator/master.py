@@ -19,17 +19,18 @@ from dataclasses import dataclass, field, fields
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory
 from scara_drake.common.fields import check, choice, number, rows, vector
 from scara_drake.kinematics import REACH
-from scara_drake.operator.device_motion import DEVICE, device_of, move_device
-from scara_drake.operator.hand import WAYPOINT, Sweep, hand_target_at
+from scara_drake.operator.device_motion import DEVICE, move_device
+from scara_drake.operator.hand import WAYPOINT, Sweep
 from scara_drake.operator.kinesthetic_devices import DEVICES, OWN, KinestheticDevice
 from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
+from scara_drake.operator.master_steps import guided_step, master_step
+from scara_drake.operator.policy import Policy
 from scara_drake.vectors import held_command
 
 Array = NDArray[np.float64]
@@ -64,6 +65,8 @@ class Master:
         times: of the targets, rising.
         targets: rows x, y, z of the hand's target in W's axes, from the centre.
         sweep: added to the target.
+        policy: an operator who reacts, and moves the hand's target in place of `times` and
+            `targets`; none if empty.
         centre: tool point at the device's centre, relative to the arm's base, in W's axes.
         rpy: held orientation of the tool, Rx(roll) Ry(pitch) Rz(yaw).
         mast_height: of the robot.
@@ -82,17 +85,21 @@ class Master:
     times: list[float] = vector([1.0, 2.0, 6.0, 7.0], "s", 0.0, size=None)
     targets: list[list[float]] = rows(_PRESS, "m", -REACH, REACH)
     sweep: Sweep = field(default_factory=Sweep)
+    policy: Policy | None = None
     centre: list[float] = vector([0.80, -1.04, 0.0], "m", -REACH, REACH)
     rpy: list[float] = vector([math.pi / 2, 0.0, 0.0], "rad", -2 * math.pi, 2 * math.pi)
     mast_height: float = number(3.0, "m", MAST_LOW, MAST_HIGH)
 
     def check_together(self, name: str) -> None:
-        """Check that each target has its time, that these rise, and that they fit the device.
+        """Check the targets against their times and the device, and that one alone moves the hand.
 
         Raises:
-            ValueError: they do not, or they are outside the device's workspace, or a field is given
-                that a device of a name has of its own.
+            ValueError: targets without a time, times that do not rise, targets outside the device's
+                workspace, a field that a device of a name has of its own, or a sweep beside a
+                policy.
         """
+        if self.policy is not None:
+            checks.number(f"{name}.sweep.amplitude (with a policy)", self.sweep.amplitude, 0.0, 0.0)
         checks.vector(f"{name}.times", self.times, len(self.targets), 0.0)
         for index, (before, after) in enumerate(zip(self.times, self.times[1:], strict=False)):
             if after <= before:
@@ -179,29 +186,13 @@ def _exponential(matrix: Array) -> Array:
     return total
 
 
-@njit(cache=True)
-def master_step(
-    t: float,
-    f_master: Array,
-    device: Array,
-    waypoints: Array,
-    sweep: Array,
-    motion_master: Array,
-    hand_target: Array,
-    f_hand: Array,
-) -> None:
-    """One tick of `SimulatedMaster`, in place."""
-    target_next = np.empty(3)
-    hand_target_at(t + device_of(device).period, waypoints, sweep, target_next)
-    move_device(device, f_master, target_next, motion_master, hand_target, f_hand)
-
-
 class SimulatedMaster(Block):
     """A kinesthetic device in a hand.
 
     Ports:
         input f_master (3) [N]: commanded force of the device, each axis; positive resists motion in
             the positive direction.
+        input hand_wanted (3) [m]: hand_target a period later; with a policy only.
         output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace.
         output hand_target (3) [m]: where the hand wants to be.
         output f_hand (3) [N]: force of the hand on the device.
@@ -220,9 +211,11 @@ class SimulatedMaster(Block):
     def __init__(self, master: Master, period: float = 1e-3) -> None:
         check(master, "master")
         checks.number("period", period, 1e-4, 0.1)
+        guided = master.policy is not None
         super().__init__(
             Declaration(
-                inputs={"f_master": Input(3, finite=True)},
+                inputs={"f_master": Input(3, finite=True)}
+                | ({"hand_wanted": Input(3)} if guided else {}),
                 memory={
                     "motion_master": Memory(6, port=True),
                     "hand_target": Memory(3, port=True),
@@ -234,7 +227,7 @@ class SimulatedMaster(Block):
                     "sweep": master.sweep.parameters(),
                 },
                 period=period,
-                update=master_step,
+                update=guided_step if guided else master_step,
             )
         )
 
