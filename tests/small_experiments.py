@@ -36,6 +36,12 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "quantised_wall": {"walls": ("viscous", "counts"), "users": 2},
+    "devices": {
+        "devices": ("own", "touch"),
+        "couplings": ("direct", "TDPA"),
+        "presets": ("none",),
+    },
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},

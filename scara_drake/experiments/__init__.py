@@ -40,6 +40,14 @@ from scara_drake.experiments.inverse_kinematics import (
 from scara_drake.experiments.literature import delayed_wall, displayed_impedance
 from scara_drake.experiments.literature import dead_band, delayed_wall
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
+from scara_drake.experiments.literature import delayed_wall, displayed_impedance, quantised_wall
+from scara_drake.experiments.teleoperation import (
+    couplings,
+    devices,
+    figure_22,
+    figure_28,
+    figures_20_27,
+)
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "table_1": stated_numbers.table_1,
@@ -68,6 +76,8 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
+    "devices": devices.run,
+    "quantised_wall": quantised_wall.run,
     "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
     "delayed_wall": delayed_wall.run,
