@@ -36,6 +36,12 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "delay_against_loss": {
+        "couplings": ("wave variables", "waves without drift term", "TDPA"),
+        "delays": (0.008, 0.272),
+        "losses": (0.0, 0.25),
+        "seeds": 1,
+    },
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 
