@@ -28,7 +28,7 @@ from scara_drake.channel.impairments import Loss
 from scara_drake.channel.links import Channel
 from scara_drake.channel.packets import Packets
 from scara_drake.experiments.claim import OURS, AnyOf, Claim, Criterion, Experiment, ordered
-from scara_drake.experiments.quantity import Quantity, quantity
+from scara_drake.experiments.quantity import Quantity, number, quantity
 from scara_drake.metrics import bilateral, rmse
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario, load_scenario
@@ -102,8 +102,8 @@ def run(
     ]
     found = dict(each_run(enumerate(scenario(*cell) for cell in cells), figures, jobs))
     made: dict[Any, dict[str, float]] = {}
-    for number, cell in enumerate(cells):
-        result = found[number]
+    for index, cell in enumerate(cells):
+        result = found[index]
         if isinstance(result, Failed):
             raise RuntimeError(f"{cell}: {result.reason}")
         made[cell] = result
@@ -192,9 +192,7 @@ def _order(data: xr.Dataset, name: str) -> Claim:
         unit, _ = FIGURES[figure]
         found = effects(data, figure)
         told += [
-            quantity(
-                found[what], unit, f"effect of {what} on the {figure} error, with its interval"
-            )
+            quantity(found[what], unit, f"effect of {what} on the {figure} error")
             for what in ("loss", "delay")
         ]
         # The interval's worse ends: most of the loss, least of the delay.
@@ -211,8 +209,8 @@ def _order(data: xr.Dataset, name: str) -> Claim:
             tuple(rules),
             AnyOf(tuple(rules)),
         ),
-        f"Loss does {1e2 * share['position']:.2g} % of what delay does to the position, and "
-        f"{1e2 * share['force']:.2g} % of what it does to the force.",
+        f"Loss does {number(1e2 * share['position'])} % of what delay does to the position, and "
+        f"{number(1e2 * share['force'])} % of what it does to the force.",
         OURS,
     )
 
