@@ -94,6 +94,17 @@ CASES: dict[str, tuple[str, Changes]] = {
             "task": None,
         },
     ),
+    # Encoders, and friction that sticks.
+    "device touch": ("bilateral", {**PRESS, "operator.device": "touch"}),
+    "device of one's own": (
+        "bilateral",
+        {
+            **PRESS,
+            "operator.friction": 0.5,
+            "operator.resolution": 1e-5,
+            "operator.workspace": 0.05,
+        },
+    ),
     "no surface": ("bilateral", {"environment.surfaces": "[]"}),
     "two surfaces": (
         "bilateral",
@@ -197,6 +208,7 @@ QUICK = [
     *_surfaces(),
     "cut pipe",
     "Tdpa, jitter with loss",
+    "device touch",
     "WaveVariables, constant delay",
     "controller Pid {}",
     "all that drives add",

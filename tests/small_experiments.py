@@ -42,6 +42,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "losses": (0.0, 0.25),
         "seeds": 1,
     },
+    "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+from scara_drake.channel.codec import DeadBand
 from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
@@ -31,6 +32,7 @@ class Channel:
         playout: buffer of its links, as they are or as the preset recommends.
         max_delay: longest that either may reach.
         watch: when the command counts as lost, and what follows; for an `up` of packets.
+        codec: which packets are sent, of a coupling whose links both carry packets.
     """
 
     up: Link = field(default_factory=ConstantDelay)
@@ -39,13 +41,14 @@ class Channel:
     playout: str = choice("own", PLAYOUTS)
     max_delay: float = number(2.5, "s", 0.0, LONGEST)
     watch: CommandWatch | None = None
+    codec: DeadBand | None = None
 
     def check_together(self, name: str) -> None:
         """Check the preset, and the links that stand against max_delay.
 
         Raises:
             ValueError: an unknown preset, a link whose delay exceeds max_delay, or a watch over a
-                link without packets.
+                link without packets, or a codec before one.
         """
         if self.preset:
             checks.choice(f"{name}.preset", self.preset, PRESETS)
@@ -68,6 +71,9 @@ class Channel:
 
         if self.watch is not None and not isinstance(self.link("up"), Packets):
             raise ValueError(f"{name}.watch: set, allowed where {name}.up is !Packets")
+        for direction in ("up", "down"):
+            if self.codec is not None and not isinstance(self.link(direction), Packets):
+                raise ValueError(f"{name}.codec: set, allowed where {name}.{direction} is !Packets")
 
     def check_sampling(self, name: str, period: float) -> None:
         """Check that the links that stand suit the time step `period` [s].

@@ -77,9 +77,11 @@ class Packets:
         """Longest time from the sending of a packet to its use [s]."""
         return self.longest if self.playout is None else max(self.longest, self.buffer().depth)
 
-    def make_system(self, initial: ArrayLike, period: float, seed: int) -> "PacketChannel":
-        """Return the link for a signal that starts from `initial` (n,)."""
-        return PacketChannel(self, initial, period, seed)
+    def make_system(
+        self, initial: ArrayLike, period: float, seed: int, selective: bool = False
+    ) -> "PacketChannel":
+        """Return the link for a signal that starts from `initial` (n,), see `PacketChannel`."""
+        return PacketChannel(self, initial, period, seed, selective)
 
     def buffer(self) -> Playout:
         """Return the playout; where there is none, one that plays each packet as it arrives."""

@@ -37,7 +37,11 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import delay_against_loss
+from scara_drake.experiments.literature import (
+    delay_against_loss,
+    delayed_wall,
+    displayed_impedance,
+)
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -67,8 +71,10 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
+    "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
     "delay_against_loss": delay_against_loss.run,
+    "delayed_wall": delayed_wall.run,
 }
 
 __all__ = [

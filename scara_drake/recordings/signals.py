@@ -9,6 +9,7 @@ from scara_drake.cut_state import PIPE_STATE
 from scara_drake.vectors import (
     DEVICE_STATUS,
     LIVE_SETTINGS,
+    POLICY_STATE,
     SERVO_STATE,
     SUPERVISOR_STATUS,
 )
@@ -73,6 +74,19 @@ def _settings() -> dict[str, Signal]:
             ("force_scale", "1", "of the force that is felt, by the operator"),
             ("motion_scale", "1", "of the tool's travel, by the operator"),
             ("gain_scale", "1", "of the controller's gains, by the operator"),
+        )
+    }
+
+
+def _policy() -> dict[str, Signal]:
+    """What a recording holds of an operator who reacts, see `operator.policy`."""
+    columns = POLICY_STATE.slices
+    return {
+        f"policy_{name}": Signal("policy_state", columns[name].start, (), unit, long_name, False)
+        for name, unit, long_name in (
+            ("phase", "1", "0 moves, 1 waits, 2 has done his work, 3 the picture stands still"),
+            ("leg", "1", "stages of his work that the operator has done"),
+            ("done_at", "s", "when the operator's work was done; negative before"),
         )
     }
 
@@ -147,6 +161,12 @@ SIGNALS: Final[dict[str, Signal]] = {
     ),
     "x_master": Signal("motion_master", 0, _AXIS, "m", "motion of the master's device", False),
     "v_master": Signal("motion_master", 3, _AXIS, "m/s", "rate of the master's device", False),
+    "x_device": Signal(
+        "motion_device", 0, _AXIS, "m", "true motion of the device, beside its encoders", False
+    ),
+    "v_device": Signal(
+        "motion_device", 3, _AXIS, "m/s", "true rate of the device, beside its driver", False
+    ),
     "f_master": Signal(
         "f_master", 0, _AXIS, "N", "force of the device, before its actuators' limit", False
     ),
@@ -199,9 +219,9 @@ SIGNALS: Final[dict[str, Signal]] = {
     "f_estimated_W": Signal(
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
-    "p_WE_seen": Signal(
-        "tool_seen", 0, _AXIS, "m", "tool position as the scripted operator sees it", False
-    ),
+    "p_WE_seen": Signal("tool_seen", 0, _AXIS, "m", "tool position as the operator sees it", False),
+    "age_view": Signal("age_view", 0, (), "s", "age of the picture that the operator sees", False),
+    **_policy(),
     "orientation_axes": Signal(
         "orientation_axes", 0, ("rotation",), "1", "axes that turn the tool, -1 to 1", False
     ),
@@ -245,6 +265,7 @@ PRESENT: Final[dict[str, str]] = {
     "device_connected": "the operator's device is a live one",
     "f_kinesthetic": "the scenario has `kinesthetic`",
     "motion_master": "the operator is a `!Master`",
+    "motion_device": "the device of a `!Master` has encoders with a resolution",
     "f_master": "the operator is a `!Master`",
     "f_hand": "the operator is a `!Master`",
     "hand_target": "the operator is a `!Master`",
@@ -264,7 +285,9 @@ PRESENT: Final[dict[str, str]] = {
     "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
     "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
     "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
-    "tool_seen": "the operator is a `!Trainee`",
+    "tool_seen": "the operator is a `!Trainee`, or a `!Master` with a `policy`",
+    "age_view": "the operator has a `policy` and the downlink has packets",
+    "policy_state": "the operator has a `policy`",
     "pipe_cut": "the scenario has `environment.cut`",
     "blade_force_W": "the scenario has `environment.cut`",
     "orientation_axes": "the operator is supervised",
