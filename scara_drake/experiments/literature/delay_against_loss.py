@@ -55,8 +55,8 @@ RESTORED: Final = 0.25  # most of the effect of loss that a remedy may leave
 REMEDIES: Final = {  # what is said of each, and why it is as it is
     INTEGRALS: (
         "Waves that are sent with their integral bear loss",
-        "To make up at once for a wave that was lost takes twice the energy that both have "
-        "brought, and what is spent on it is not there to hold the wave over the next gap.",
+        "The integral tells of a wave that was lost, and what is left over is spent in a time and "
+        "not at once, so that the last wave can be held over the next gap.",
     ),
     NO_DRIFT_TERM: (
         "What makes loss costly to waves is the term that takes their drift away",
@@ -68,6 +68,7 @@ REMEDIES: Final = {  # what is said of each, and why it is as it is
 FIGURES: Final = {
     "position": ("mm", "tool from master at the same time, rms"),
     "position_received": ("mm", "tool from master, delay removed, rms"),
+    "left": ("mm", "tool from master at the end of the run"),
     "force": ("N", "force at the master from that at the tool, delay removed, rms"),
 }
 JUDGED: Final = ("position", "force")
@@ -146,9 +147,11 @@ def scenario(coupling: str, delay: float, loss: float, seed: int) -> Scenario:
 
 def figures(scenario: Scenario, recording: xr.Dataset) -> dict[str, float]:
     """Return `FIGURES` of a press."""
+    apart = bilateral.drift(recording)
     return {
-        "position": 1e3 * float(rmse(bilateral.drift(recording))),
+        "position": 1e3 * float(rmse(apart)),
         "position_received": 1e3 * float(rmse(bilateral.position_error(recording))),
+        "left": 1e3 * float(apart[-1]),
         "force": float(rmse(bilateral.force_error(recording))),
     }
 
@@ -228,12 +231,14 @@ def _remedy(data: xr.Dataset, name: str) -> Claim:
     lost = {each: effects(data.sel(coupling=each), "position")["loss"] for each in (WAVES, name)}
     least = lost[WAVES][1]
     left = lost[name][2] / least if least > 0.0 else np.inf
+    drift = data.left.sel(coupling=name).isel(delay=0)
     return Claim(
         statement,
         None,
         (
             *(quantity(each, "mm", f"effect of loss, {one}") for one, each in lost.items()),
             quantity(1e2 * left, "%", "of it is left", "up to"),
+            quantity(drift.max(), "mm", "drift left, over the shortest delay", "up to"),
         ),
         Criterion(
             f"no more than {1e2 * RESTORED:g} % of the effect of loss on the position is left, "
