@@ -42,6 +42,12 @@ SMALL: dict[str, dict[str, Any]] = {
         "couplings": ("direct", "TDPA"),
         "presets": ("none",),
     },
+    "delay_against_loss": {
+        "couplings": ("wave variables", "waves without drift term", "TDPA"),
+        "delays": (0.008, 0.272),
+        "losses": (0.0, 0.25),
+        "seeds": 1,
+    },
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},

@@ -23,6 +23,9 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     ),
     "quantised_wall": ("test_quantised_wall", "experiment", "test_it_judges_what_it_is_given"),
     "devices": ("test_devices_experiment", "experiment", "test_it_judges_what_it_is_given"),
+    "delay_against_loss": (
+        "test_delay_against_loss", "experiment", "test_it_judges_what_it_is_given",
+    ),
     "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
     "dead_band": ("test_dead_band", "experiment", "test_it_judges_what_it_is_given"),
     **{

@@ -37,10 +37,13 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import delayed_wall, displayed_impedance
-from scara_drake.experiments.literature import dead_band, delayed_wall
-from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
-from scara_drake.experiments.literature import delayed_wall, displayed_impedance, quantised_wall
+from scara_drake.experiments.literature import (
+    dead_band,
+    delay_against_loss,
+    delayed_wall,
+    displayed_impedance,
+    quantised_wall,
+)
 from scara_drake.experiments.teleoperation import (
     couplings,
     devices,
@@ -80,6 +83,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "quantised_wall": quantised_wall.run,
     "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
+    "delay_against_loss": delay_against_loss.run,
     "delayed_wall": delayed_wall.run,
     "dead_band": dead_band.run,
 }
