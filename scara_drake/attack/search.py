@@ -63,14 +63,14 @@ class Plan:
 
 
 def search(
-    problem: Problem, plan: Plan, show: Callable[[int, float], None] = lambda runs, harm: None
+    problem: Problem, plan: Plan, show: Callable[[Sequence[Trial]], None] = lambda trials: None
 ) -> list[Trial]:
     """Return the runs of a search, in order.
 
     Args:
         problem: what is attacked.
         plan: how.
-        show: is called after each batch with the number of runs and the largest harm.
+        show: is called after each batch with the runs so far.
 
     Raises:
         ValueError: a number of the plan is out of its bounds.
@@ -82,7 +82,7 @@ def search(
         made = list(side_by_side(partial(tried, problem), batch, plan.jobs))
         tell(made)
         trials += made
-        show(len(trials), max(trial.harm for trial in trials))
+        show(trials)
         if plan.first and any(trial.breach for trial in made):
             break
     return trials
