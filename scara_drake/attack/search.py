@@ -11,6 +11,7 @@ of the same size in a fixed order.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -132,7 +133,6 @@ class _Round:
             bound.label: optuna.distributions.FloatDistribution(LEFT, 1.0) for bound in bounds
         }
         draws = np.random.SeedSequence([seed, number]).generate_state(1)
-        # The points of the Sobol sequence are its first ones.
         sampler = optuna.samplers.TPESampler(seed=int(draws[0]), n_startup_trials=0)
         self._study = optuna.create_study(direction="maximize", sampler=sampler)
         for trial in alone if number == 0 else []:
@@ -172,8 +172,6 @@ class _Round:
 
 def _rows(sobol: qmc.Sobol, count: int) -> Array:
     """Return the next points of the sequence; it warns of a count that is no power of two."""
-    import warnings
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return np.asarray(sobol.random(count))
