@@ -36,6 +36,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

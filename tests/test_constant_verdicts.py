@@ -21,6 +21,7 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "couplings": (
         "test_couplings_experiment", "small", "test_a_run_that_throws_the_device_breaks_the_claims",
     ),
+    "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
     **{
         name: ("test_stated_numbers", name, f"test_{name}_judges_what_it_is_given")
         for name in ("table_1", "table_2", "table_3", "table_4", "table_11", "table_12")

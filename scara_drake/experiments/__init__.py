@@ -37,6 +37,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
+from scara_drake.experiments.literature import delayed_wall, displayed_impedance
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -66,7 +67,9 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
+    "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
+    "delayed_wall": delayed_wall.run,
 }
 
 __all__ = [
