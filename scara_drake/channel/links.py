@@ -7,9 +7,10 @@ from scara_drake.channel.packets import Packets
 from scara_drake.channel.presets import PRESETS
 from scara_drake.channel.watch import CommandWatch
 from scara_drake.common import checks, fields
-from scara_drake.common.fields import number
+from scara_drake.common.fields import choice, number
 
 Link = DelayLaw | Packets
+PLAYOUTS = ("own", "recommended")
 
 
 def received_by(link: Link, uses_late: bool) -> Link:
@@ -27,6 +28,7 @@ class Channel:
         up: link to the robot.
         down: link to the operator.
         preset: a name of `PRESETS`, which then stands for both links; empty for none.
+        playout: buffer of its links, as they are or as the preset recommends.
         max_delay: longest that either may reach.
         watch: when the command counts as lost, and what follows; for an `up` of packets.
     """
@@ -34,6 +36,7 @@ class Channel:
     up: Link = field(default_factory=ConstantDelay)
     down: Link = field(default_factory=ConstantDelay)
     preset: str = ""
+    playout: str = choice("own", PLAYOUTS)
     max_delay: float = number(2.5, "s", 0.0, LONGEST)
     watch: CommandWatch | None = None
 
@@ -46,6 +49,13 @@ class Channel:
         """
         if self.preset:
             checks.choice(f"{name}.preset", self.preset, PRESETS)
+        if self.playout == "recommended" and (
+            not self.preset or PRESETS[self.preset].playout is None
+        ):
+            known = ", ".join(key for key, preset in PRESETS.items() if preset.playout is not None)
+            raise ValueError(
+                f"{name}.playout: 'recommended', allowed with {name}.preset one of {known}"
+            )
         for direction in ("up", "down"):
             link = self.link(direction)
             if link.maximum() > self.max_delay:
@@ -71,6 +81,7 @@ class Channel:
     def link(self, direction: str) -> Link:
         """Return the link "up" or "down", that of the preset if one is named."""
         if self.preset:
-            return PRESETS[self.preset].link
+            preset = PRESETS[self.preset]
+            return preset.buffered() if self.playout == "recommended" else preset.link
         link: Link = getattr(self, direction)
         return link

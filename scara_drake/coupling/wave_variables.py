@@ -13,6 +13,15 @@ and plays what it receives with no more energy than has arrived. Where the delay
 found without knowing the delay; it also covers loss and reordering. What is left over, where
 packets were skipped, pays for a position term that takes away the drift.
 
+With `integrals` each end also sends the integral of its waves (Niemeyer and Slotine 2004). Where
+that differs from what was played, waves were skipped or repeated; the receiver makes up for it,
+
+.. math::
+
+    u \leftarrow u + \frac{1}{T} \left(\int u \, dt - \int u_{\text{played}} \, dt\right)
+
+with no more energy than has arrived either.
+
 The wave to the slave is made of the way that the device has made and the force that it had over it,
 both of the tick that is over, so it carries the true work of the hand. What a force can give out
 before it is replaced is limited as in `tdpa`, for a hand that changes the device's velocity by no
@@ -36,7 +45,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.fields import number
-from scara_drake.common.layout import Layout
+from scara_drake.common.layout import REST, Layout
 from scara_drake.coupling.ends import Coupling, Exchange
 from scara_drake.coupling.kernels import (
     admit,
@@ -61,27 +70,34 @@ class Gains(NamedTuple):
     max_speed: float
     reserve: float
     turn: float
+    integral_rate: float
 
 
 class Up(NamedTuple):
-    """Payload to the slave: wave [sqrt(W)], energy of all waves [J], position [m], each (3,)."""
+    """Payload to the slave, each (3,): wave [sqrt(W)], energy of all waves [J], position [m].
+
+    The integral of the waves [sqrt(W) s] comes last, as only a coupling with `integrals` sends it.
+    """
 
     wave: Array
     energy: Array
     x: Array
+    integral: Array
 
 
 class Down(NamedTuple):
-    """Payload to the master: wave [sqrt(W)] and energy of all waves [J], each (3,)."""
+    """Payload to the master, each (3,): wave [sqrt(W)], energy of all waves [J], integral."""
 
     wave: Array
     energy: Array
+    integral: Array
 
 
 class MasterMemory(NamedTuple):
-    """Energy of the waves that were played at the master (3,) [J]."""
+    """What was played at the master: energy [J] and integral [sqrt(W) s] of the waves, (3,)."""
 
     played: Array
+    integral: Array
 
 
 class SlaveMemory(NamedTuple):
@@ -90,14 +106,21 @@ class SlaveMemory(NamedTuple):
     Attributes:
         x_d: desired position x_sd (3,) [m].
         played: energy of the waves that were played (3,) [J].
+        integral: of these waves (3,) [sqrt(W) s].
     """
 
     x_d: Array
     played: Array
+    integral: Array
 
 
-GAINS, UP, DOWN = Layout(Gains), Layout(Up, wave=3, energy=3, x=3), Layout(Down, wave=3, energy=3)
-MASTER_MEMORY, SLAVE_MEMORY = Layout(MasterMemory, played=3), Layout(SlaveMemory, x_d=3, played=3)
+GAINS = Layout(Gains)
+UP = Layout(Up, wave=3, energy=3, x=3, integral=REST)
+DOWN = Layout(Down, wave=3, energy=3, integral=REST)
+UP_WITH_INTEGRAL = Layout(Up, wave=3, energy=3, x=3, integral=3)
+DOWN_WITH_INTEGRAL = Layout(Down, wave=3, energy=3, integral=3)
+MASTER_MEMORY = Layout(MasterMemory, played=3, integral=3)
+SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, played=3, integral=3)
 gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
 master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader()
 
@@ -109,6 +132,19 @@ def affordable(wave: float, arrived: float, played: float, period: float) -> flo
     if 0.5 * wave * wave * period > left:
         return math.copysign(math.sqrt(2.0 * left / period), wave)
     return wave
+
+
+@njit(cache=True)
+def made_up(wave: float, missing: float, rate: float, period: float) -> float:
+    """Return the wave with its share of what is missing in the integral of those played.
+
+    Args:
+        wave: the newest [sqrt(W)].
+        missing: integral of those sent less that of those played [sqrt(W) s].
+        rate: at which that is made up for [1/s].
+        period: [s].
+    """
+    return wave + rate * (missing - wave * period)
 
 
 @njit(cache=True)
@@ -136,8 +172,13 @@ def wave_master(
         u = affordable(u, left, committed(i, p.turn, s), period)
         sent.wave[i] = u
         sent.energy[i] += 0.5 * u * u * period
-        w = affordable(newest.wave[i], newest.energy[i], m.played[i], period)
+        w = newest.wave[i]
+        if p.integral_rate > 0.0:
+            sent.integral[i] += u * period
+            w = made_up(w, newest.integral[i] - m.integral[i], p.integral_rate, period)
+        w = affordable(w, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * w * w * period
+        m.integral[i] += w * period
         left += 0.5 * (w * w - u * u) * period
         f_master[i] = affordable_force(b * s.v[i] - math.sqrt(2.0 * b) * w, i, left, p.turn, s)
         sent.x[i] = s.x[i]
@@ -167,9 +208,13 @@ def wave_slave(
     for i in range(3):
         drift = p.drift_gain * (newest.x[i] - m.x_d[i])
         drift = min(max(drift, -p.max_speed), p.max_speed)
-        u = newest.wave[i] + math.sqrt(0.5 * b) * drift
+        u = newest.wave[i]
+        if p.integral_rate > 0.0:
+            u = made_up(u, newest.integral[i] - m.integral[i], p.integral_rate, period)
+        u += math.sqrt(0.5 * b) * drift
         u = affordable(u, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * u * u * period
+        m.integral[i] += u * period
         # The spring of the end of the step, which adds no energy of its own.
         rest = p.stiffness * (m.x_d[i] - s.x[i]) - p.damping * s.v[i]
         v = (math.sqrt(2.0 * b) * u - rest) / (b + p.damping + p.stiffness * period)
@@ -180,6 +225,8 @@ def wave_slave(
         w = u - math.sqrt(2.0 / b) * f
         sent.wave[i] = w
         sent.energy[i] += 0.5 * w * w * period
+        if p.integral_rate > 0.0:
+            sent.integral[i] += w * period
 
 
 @dataclass
@@ -194,6 +241,9 @@ class WaveVariables(Coupling):
         max_speed: of that correction at the device.
         reserve: E0 of each axis, in the master's units.
         turn: fastest change of the device's velocity by the hand, for which it is passive.
+        integrals: whether the integral of the waves is sent beside them, so that a wave that is
+            lost or overtaken is made up for.
+        integral_time: in which that is done.
     """
 
     impedance: float = number(20.0, "N s/m", 0.1, 1e3)
@@ -203,6 +253,8 @@ class WaveVariables(Coupling):
     max_speed: float = number(0.1, "m/s", 1e-3, 10.0)
     reserve: float = number(0.005, "J", 0.0, 100.0)
     turn: float = number(200.0, "m/s²", 1.0, 1e5)
+    integrals: bool = False
+    integral_time: float = number(0.02, "s", 1e-3, 10.0)
 
     def reserves(self) -> float:
         """E0 of the master."""
@@ -210,8 +262,10 @@ class WaveVariables(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
+        up, down = (UP_WITH_INTEGRAL, DOWN_WITH_INTEGRAL) if self.integrals else (UP, DOWN)
+        # A wave that is late has no tick of its own any more; an integral is still of use.
         return Exchange(
-            UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY, uses_late=False
+            up, down, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY, self.integrals
         )
 
     def parameters(self, period: float) -> Array:
@@ -225,4 +279,5 @@ class WaveVariables(Coupling):
             max_speed=self.max_speed,
             reserve=self.reserve,
             turn=self.turn,
+            integral_rate=1.0 / self.integral_time if self.integrals else 0.0,
         )
