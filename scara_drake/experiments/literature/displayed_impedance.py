@@ -26,7 +26,7 @@ from scara_drake.common.parallel import side_by_side
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.experiments.teleoperation import hand_sweep
-from scara_drake.experiments.teleoperation.couplings import (
+from scara_drake.experiments.teleoperation.couplings_runs import (
     COUPLINGS,
     LINKS,
     SCENARIO,
