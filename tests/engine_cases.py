@@ -32,7 +32,10 @@ COMES: Changes = {
     "environment.surfaces.0.motion": "!ConstantVelocity {velocity: [0.0, 0.1, 0.0]}",
 }
 
-COUPLINGS = ("Direct", "ScaledForce", "PositionDamping", "WaveVariables", "Tdpa", "ModelMediated")
+COUPLINGS = (
+    "Direct", "ScaledForce", "PositionDamping", "FourChannel", "WaveVariables", "Tdpa",
+    "ModelMediated",
+)  # fmt: skip
 CONTROLLERS = (
     "!IntegralSlidingMode {}",
     "!IntegralSlidingMode {mode: paper, phi: 10.0, allow_chatter: true, anti_windup: false}",
