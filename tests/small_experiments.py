@@ -36,6 +36,13 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "certificates": {
+        "cases": {
+            "direct, force x 0.03": "!ScaledForce {force_scale: 0.03}",
+            "waves": "!WaveVariables {}",
+        },
+        "longest": 0,
+    },
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }

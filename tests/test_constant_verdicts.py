@@ -21,6 +21,9 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "couplings": (
         "test_couplings_experiment", "small", "test_a_run_that_throws_the_device_breaks_the_claims",
     ),
+    "certificates": (
+        "test_certificates_experiment", "experiment", "test_it_judges_what_it_is_given",
+    ),
     "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
     **{
         name: ("test_stated_numbers", name, f"test_{name}_judges_what_it_is_given")

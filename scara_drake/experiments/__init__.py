@@ -37,7 +37,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import delayed_wall
+from scara_drake.experiments.literature import certificates, delayed_wall
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -69,6 +69,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "couplings": couplings.run,
     "stability": stability.run,
     "delayed_wall": delayed_wall.run,
+    "certificates": certificates.run,
 }
 
 __all__ = [
