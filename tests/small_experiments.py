@@ -43,6 +43,7 @@ SMALL: dict[str, dict[str, Any]] = {
         },
         "longest": 0,
     },
+    "standard_cases": {"delays": (0.1,)},
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }

@@ -24,6 +24,7 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "certificates": (
         "test_certificates_experiment", "experiment", "test_it_judges_what_it_is_given",
     ),
+    "standard_cases": ("test_standard_cases", "experiment", "test_it_judges_what_it_is_given"),
     "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
     **{
         name: ("test_stated_numbers", name, f"test_{name}_judges_what_it_is_given")

@@ -37,7 +37,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import certificates, delayed_wall
+from scara_drake.experiments.literature import certificates, delayed_wall, standard_cases
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -70,6 +70,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "stability": stability.run,
     "delayed_wall": delayed_wall.run,
     "certificates": certificates.run,
+    "standard_cases": standard_cases.run,
 }
 
 __all__ = [
