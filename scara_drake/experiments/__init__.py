@@ -38,11 +38,13 @@ from scara_drake.experiments.inverse_kinematics import (
     table_9,
 )
 from scara_drake.experiments.literature import (
+    certificates,
     dead_band,
     delay_against_loss,
     delayed_wall,
     displayed_impedance,
     quantised_wall,
+    standard_cases,
 )
 from scara_drake.experiments.teleoperation import (
     couplings,
@@ -86,6 +88,8 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "delay_against_loss": delay_against_loss.run,
     "delayed_wall": delayed_wall.run,
     "dead_band": dead_band.run,
+    "certificates": certificates.run,
+    "standard_cases": standard_cases.run,
 }
 
 __all__ = [
