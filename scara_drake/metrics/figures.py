@@ -23,6 +23,7 @@ from scara_drake.metrics.curves import (
 )
 from scara_drake.metrics.limits import saturated_share
 from scara_drake.metrics.links import LINKS, traffic
+from scara_drake.metrics.policy import completion_time
 from scara_drake.metrics.tracking import energy, peak, rmse, total_variation
 
 _BOTH: Final = ("RMS", "largest")
@@ -60,7 +61,7 @@ class Figure(NamedTuple):
 def figures(recording: xr.Dataset) -> dict[str, Figure]:
     """Return the figures of a recording by name; those that it has the variables for."""
     found = [*_of_curves(recording)]
-    for part in (_drives, _contact, _command, _links, _coupling):
+    for part in (_drives, _contact, _command, _links, _coupling, _policy):
         found += part(recording)
     return {figure.name: figure for figure in found}
 
@@ -111,3 +112,9 @@ def _links(recording: xr.Dataset) -> Iterator[Figure]:
 def _coupling(recording: xr.Dataset) -> Iterator[Figure]:
     if "energy_master_in" in recording and "energy_slave_out" in recording:
         yield Figure("energy left in the coupling, least", "J", energy_margin(recording))
+
+
+def _policy(recording: xr.Dataset) -> Iterator[Figure]:
+    if "policy_done_at" in recording:
+        yield Figure("the operator's work is done after", "s", completion_time(recording))
+        yield Figure("stages done by the operator", "1", float(recording.policy_leg[-1]))
