@@ -36,6 +36,11 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "operators_under_delay": {
+        "seeds": 3,
+        "reach_delays": (0.0, 0.5),
+        "press_delays": (0.0, 0.256, 0.512),
+    },
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

@@ -37,6 +37,7 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
+from scara_drake.experiments.literature import operators_under_delay
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -67,6 +68,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
     "stability": stability.run,
+    "operators_under_delay": operators_under_delay.run,
 }
 
 __all__ = [
