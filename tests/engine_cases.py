@@ -135,6 +135,17 @@ CASES: dict[str, tuple[str, Changes]] = {
         "teleoperation",
         {**COMES, "inverse_kinematics.joints": "full", "inverse_kinematics.task": "pose"},
     ),
+    **{
+        f"policy {kind}": (
+            "bilateral",
+            {
+                "operator.policy": f"!{kind} {{work: !Reach {{places: [[0.0, -0.03, 0.0]]}}}}",
+                "channel.up": "!ConstantDelay {delay: 0.01}",
+                "channel.down": JITTER,
+            },
+        )
+        for kind in ("MoveAndWait", "Continuous")
+    },
     "kinesthetic": ("teleoperation", {**COMES, "kinesthetic": "{}"}),
     "haptics at 7 ms": ("teleoperation", {**COMES, "haptics.period": 0.014}),
     "stick at 7 ms": ("teleoperation", {**COMES, "operator.sample_period": 0.007}),
@@ -228,6 +239,7 @@ QUICK = [
     "controller Pid {}",
     "all that drives add",
     "governed stick",
+    "policy MoveAndWait",
     "delayed process",
     "command watch",
     "buffers",

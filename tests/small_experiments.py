@@ -58,6 +58,11 @@ SMALL: dict[str, dict[str, Any]] = {
     "standard_cases": {"delays": (0.1,)},
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},
+    "operators_under_delay": {
+        "seeds": 3,
+        "reach_delays": (0.0, 0.5),
+        "press_delays": (0.0, 0.256, 0.512),
+    },
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

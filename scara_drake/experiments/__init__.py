@@ -43,6 +43,7 @@ from scara_drake.experiments.literature import (
     delay_against_loss,
     delayed_wall,
     displayed_impedance,
+    operators_under_delay,
     quantised_wall,
     standard_cases,
 )
@@ -90,6 +91,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "dead_band": dead_band.run,
     "certificates": certificates.run,
     "standard_cases": standard_cases.run,
+    "operators_under_delay": operators_under_delay.run,
 }
 
 __all__ = [
