@@ -10,13 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
+from scipy import stats
 from strategies import examples
 from test_long_channels import H, logged_beside, logs, two_ways
 
 from scara_drake.channel.delays import ConstantDelay, SineDelay, StepDelay
 from scara_drake.channel.impairments import Jitter, Loss, is_lost, jitter_time
+from scara_drake.channel.links import Channel
 from scara_drake.channel.packets import PacketChannel, Packets
 from scara_drake.channel.playout import Playout
+from scara_drake.channel.presets import PRESETS
 from scara_drake.common.fields import check
 
 STEPS = 400
@@ -218,6 +221,21 @@ def test_a_late_packet_is_used_only_where_nothing_newer_was_played() -> None:
         link = Packets(law, longest=0.01, playout=Playout(depth=3e-3, late=late))
         shown = played(link, steps=10)
         np.testing.assert_array_equal(shown["number"], by_hand)
+
+
+@pytest.mark.parametrize("name", [name for name, preset in PRESETS.items() if preset.playout])
+def test_the_recommended_depth_is_the_first_millisecond_of_99_in_100(name: str) -> None:
+    link = Channel(preset=name, playout="recommended").link("up")
+    assert isinstance(link, Packets)
+    mean, std = link.jitter.mean, link.jitter.std
+    p99 = link.delay.maximum() + stats.gamma((mean / std) ** 2, scale=std**2 / mean).ppf(0.99)
+    assert link.buffer().depth == pytest.approx(math.ceil(p99 / H) * H, abs=1e-12)
+
+
+def test_a_buffer_is_recommended_with_a_preset_that_has_one() -> None:
+    for preset in ("", "paper"):
+        with pytest.raises(ValueError, match=r"^channel\.playout: 'recommended', allowed with"):
+            check(Channel(preset=preset, playout="recommended"), "channel")
 
 
 BAD: list[tuple[dict[str, Any], str]] = [

@@ -157,7 +157,7 @@ def step_adaptive(
     tick = round(t / p.period)
     buffer.arrivals[tick % buffer.arrivals.size] = np.inf
     if tick % int(p.stride) == 0 and transmit[0] > ASKED:
-        there = take_off(t, link, m)
+        there = take_off(t, transmit, link, m)
         if np.isfinite(there):
             buffer.arrivals[tick % buffer.arrivals.size] = tick_of(there, p.period)
             row = buffer.rows[tick % buffer.rows.shape[0]]

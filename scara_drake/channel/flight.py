@@ -13,16 +13,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.channel.impairments import TICK, in_outage, is_lost, jitter_time
+from scara_drake.channel.impairments import (
+    TICK,
+    in_outage,
+    is_lost,
+    is_lost_in_shadow,
+    jitter_time,
+)
 from scara_drake.channel.laws import delay_at
 from scara_drake.channel.layouts import (
     PACKET,
+    RADIO,
     SEED_PART,
     Flight,
     flight_of,
     link_of,
     packet_of,
     playout_state_of,
+    radio_of,
 )
 from scara_drake.common.layout import Cell
 
@@ -30,16 +38,21 @@ Array = NDArray[np.float64]
 
 ASKED = 0.5  # from here on the packet of a tick is sent
 HEAD = PACKET.size  # of a row, before the payload
+IN_SHADOW = RADIO.size  # of `transmit`, of a link with a shadow
 
 
 @njit(cache=True)
-def travel_time(t: float, link: Array, packet: int, bad: Cell) -> float:
+def travel_time(t: float, transmit: Array, link: Array, packet: int, bad: Cell) -> float:
     """Time [s] that a packet takes which is sent at t [s], infinite if it never arrives."""
     p = link_of(link)
     seed = int(p.seed[0]) * SEED_PART + int(p.seed[1])
     law, outages = p.law_and_outages[: int(p.law_size)], p.law_and_outages[int(p.law_size) :]
     lost = is_lost(p.loss, seed, packet, bad) or in_outage(outages, t)
     travel = max(delay_at(law, t) + jitter_time(p.jitter, seed, packet), 0.0)
+    if transmit.size == IN_SHADOW:
+        radio = radio_of(transmit)
+        travel += radio.delay[()]
+        lost = lost or is_lost_in_shadow(radio.loss.item(), seed, packet)
     return np.inf if lost or travel > p.longest + TICK else travel
 
 
@@ -55,11 +68,11 @@ def tick_of(arrival: float, period: float) -> int:
 
 
 @njit(cache=True)
-def take_off(t: float, link: Array, m: Flight) -> float:
+def take_off(t: float, transmit: Array, link: Array, m: Flight) -> float:
     """Count a packet that is sent at t [s]; return when it arrives [s], infinite for never."""
     packet = int(m.count[()])
     m.count[()] += 1.0
-    arrival = t + travel_time(t, link, packet, m.bad)
+    arrival = t + travel_time(t, transmit, link, packet, m.bad)
     if np.isinf(arrival):
         m.lost[()] += 1.0
     return arrival
@@ -73,11 +86,11 @@ def is_late(sent: float, ready: float, link: Array) -> bool:
 
 
 @njit(cache=True)
-def send(t: float, signal_sent: Array, link: Array, flight: Array) -> None:
+def send(t: float, signal_sent: Array, transmit: Array, link: Array, flight: Array) -> None:
     """Send a packet at t [s]: into the calendar, or to those that wait."""
     p, m = link_of(link), flight_of(flight)
     ahead = int(p.ahead)
-    ready = max(take_off(t, link, m), t + p.depth)
+    ready = max(take_off(t, transmit, link, m), t + p.depth)
     if np.isinf(ready):
         return
     if is_late(t, ready, link):
@@ -111,7 +124,7 @@ def step_packets(
     Args:
         t: time now [s].
         signal_sent: (n,).
-        transmit: (1,), whether this tick's packet is sent, above one half.
+        transmit: (1,), whether this tick's packet is sent, above one half; or (3,), see `Radio`.
         link: see `Link`.
         flight: memory, see `Flight`.
         signal_received: (n,).
@@ -124,7 +137,7 @@ def step_packets(
     if tick > m.until[()]:  # nothing was stored before
         m.until[()] = tick + ahead - 1
     if tick % int(p.stride) == 0 and transmit[0] > ASKED:
-        send(t, signal_sent, link, flight)
+        send(t, signal_sent, transmit, link, flight)
     row = m.rows.reshape((-1, HEAD + signal_sent.size))[tick % ahead]
     arrived = packet_of(row)
     packet = int(arrived.ordinal[()]) - 1

@@ -24,6 +24,7 @@ DISTRIBUTIONS = ("none", "uniform", "normal", "gamma", "lognormal")
 NONE, UNIFORM, NORMAL, GAMMA, LOGNORMAL = range(len(DISTRIBUTIONS))
 TICK = 1e-9  # [s]; times closer than this are the same
 # Streams of random numbers of a seed; `gamma` takes three.
+BESIDE = 2**40  # packets after which the stream of losses goes on with those in a shadow
 JITTER_STREAM, LOSS_STREAM, CHANGE_STREAM, STREAMS = 0, 3, 4, 5
 
 
@@ -148,6 +149,12 @@ def is_lost(loss: Array, seed: int, packet: int, bad: Cell) -> bool:
         is_bad = not is_bad
     bad[()] = 1.0 if is_bad else 0.0
     return uniform(seed * STREAMS + LOSS_STREAM, packet) < (p.in_bad if is_bad else p.in_good)
+
+
+@njit(cache=True)
+def is_lost_in_shadow(chance: float, seed: int, packet: int) -> bool:
+    """Whether a packet is lost where the tool is; drawn beside `is_lost`, whose draws stay."""
+    return uniform(seed * STREAMS + LOSS_STREAM, BESIDE + packet) < chance
 
 
 @njit(cache=True)

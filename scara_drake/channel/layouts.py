@@ -103,6 +103,20 @@ class Flight(NamedTuple):
     rows: Array
 
 
+class Radio(NamedTuple):
+    """`transmit` (3) of a link with a shadow; of others it is the first entry alone, (1).
+
+    Attributes:
+        transmit: whether the packet of this tick is sent, above one half.
+        delay: that it takes more [s].
+        loss: chance that it is lost beside that of the link.
+    """
+
+    transmit: Cell
+    delay: Cell
+    loss: Cell
+
+
 class PlayoutState(NamedTuple):
     """`playout` (4) of a link with a buffer.
 
@@ -147,6 +161,8 @@ FLIGHT = Layout(
     skip=(),
     rows=REST,
 )
+RADIO = Layout(Radio, transmit=(), delay=(), loss=())
 PLAYOUT_STATE = Layout(PlayoutState, late=(), used=(), skipped=(), depth=())
 link_of, packet_of, flight_of = LINK.reader(), PACKET.reader(), FLIGHT.reader()
+radio_of = RADIO.reader()
 playout_state_of = PLAYOUT_STATE.reader()

@@ -10,10 +10,11 @@ from scara_drake.channel.adaptive import empty_buffer, step_adaptive
 from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
 from scara_drake.channel.flight import show_counts, show_playout, step_packets, store_packets
 from scara_drake.channel.impairments import TICK, Jitter, Loss
-from scara_drake.channel.layouts import FLIGHT, LINK, PACKET, PLAYOUT_STATE, SEED_PART
+from scara_drake.channel.layouts import FLIGHT, LINK, PACKET, PLAYOUT_STATE, RADIO, SEED_PART
 from scara_drake.channel.playout import Playout
+from scara_drake.channel.shadow import Shadow
 from scara_drake.channel.signal_delay import check_signal, store_ticks
-from scara_drake.common import fields
+from scara_drake.common import checks, fields
 from scara_drake.common.block import Block, Declaration, Input, Memory, Output
 from scara_drake.common.fields import number, vector
 
@@ -35,6 +36,7 @@ class Packets:
         send_period: from packet to packet, a multiple of the time step.
         longest: travel of a packet; it bounds the memory.
         playout: buffer at its end; without one a packet is used when it arrives.
+        shadow: where the tool has a worse radio.
     """
 
     delay: DelayLaw = field(default_factory=ConstantDelay)
@@ -44,6 +46,7 @@ class Packets:
     send_period: float = number(1e-3, "s", 1e-4, 1.0)
     longest: float = number(2.5, "s", 0.0, LONGEST)
     playout: Playout | None = None
+    shadow: Shadow | None = None
 
     def check_together(self, name: str) -> None:
         """Check that the delay fits into `longest`, and that the outages are some.
@@ -56,6 +59,9 @@ class Packets:
                 f"{name}.delay: up to {self.delay.maximum():g} s, allowed 0 to "
                 f"{self.longest:g} s ({name}.longest)"
             )
+        if self.shadow is not None:
+            left = max(self.longest - self.delay.maximum(), 0.0)
+            checks.number(f"{name}.shadow.delay", self.shadow.delay, 0.0, left)
         if len(self.outages) % 2 or sorted(self.outages) != list(self.outages):
             raise ValueError(
                 f"{name}.outages: {self.outages}, allowed pairs start, end in rising order"
@@ -122,7 +128,7 @@ class PacketChannel(Block):
     Ports:
         input signal_sent (n).
         input transmit (1): whether the packet of this tick is sent, above one half; only of a
-            selective channel, others send each.
+            selective channel, others send each. Of a link with a shadow (3), see `layouts.Radio`.
         output signal_received (n).
         output delay (1) [s]: from the sending of the packet in use until it was ready: its travel,
             and its wait in the buffer; 0 before the first.
@@ -191,7 +197,8 @@ class PacketChannel(Block):
         outputs = {"packet_counts": Output(2, show_counts)}
         if packets.playout is not None:
             outputs["playout"] = Output(PLAYOUT_STATE.size, show_playout)
-        transmit = {"transmit": Input(1)} if selective else {}
+        asked = RADIO.size if packets.shadow is not None else int(selective)
+        transmit = {"transmit": Input(asked)} if asked else {}
         super().__init__(
             Declaration(
                 inputs={"signal_sent": Input(first.size)} | transmit,
@@ -203,7 +210,7 @@ class PacketChannel(Block):
                 },
                 outputs=outputs,
                 parameters={"link": link, "period": period, "size": size}
-                | ({} if selective else {"transmit": np.ones(1)}),
+                | ({} if asked else {"transmit": np.ones(1)}),
                 period=period,
                 update=step_adaptive if playout.adaptive else step_packets,
                 archive={"archived": Memory(ticks * size)} if every else {},

@@ -74,10 +74,7 @@ class Gains(NamedTuple):
 
 
 class Up(NamedTuple):
-    """Payload to the slave, each (3,): wave [sqrt(W)], energy of all waves [J], position [m].
-
-    The integral of the waves [sqrt(W) s] comes last, as only a coupling with `integrals` sends it.
-    """
+    """Payload to the slave, each (3,): wave [sqrt(W)], energy of all waves [J], place, integral."""
 
     wave: Array
     energy: Array
@@ -145,8 +142,7 @@ def make_up(missing: float, p: Gains) -> float:
 def corrected(wave: float, correction: float, left: float, share: float, period: float) -> float:
     """Return the wave with a correction, as far as a share of the energy pays that it leaves [J].
 
-    The rest stays for the ticks in which nothing comes: a wave that is too large now and zero then
-    takes more energy than it moves.
+    The rest stays for ticks in which nothing comes: too large now and zero then wastes energy.
     """
     left = share * max(left - 0.5 * wave * wave * period, 0.0)
     wanted = wave + correction
@@ -184,8 +180,8 @@ def wave_master(
         if p.integral_rate > 0.0:
             sent.integral[i] += u * period
             missing = newest.integral[i] - m.integral[i] - w * period
-            left_w = newest.energy[i] - m.played[i]
-            w = corrected(w, make_up(missing, p), left_w, p.integral_rate * period, period)
+            arrived = newest.energy[i] - m.played[i]
+            w = corrected(w, make_up(missing, p), arrived, p.integral_rate * period, period)
         w = affordable(w, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * w * w * period
         m.integral[i] += w * period
@@ -255,8 +251,7 @@ class WaveVariables(Coupling):
         max_speed: of that correction at the device, and of that of the integrals.
         reserve: E0 of each axis, in the master's units.
         turn: fastest change of the device's velocity by the hand, for which it is passive.
-        integrals: whether the integral of the waves is sent beside them, so that a wave that is
-            lost or overtaken is made up for.
+        integrals: whether the integral of the waves is sent, which makes up for lost ones.
         integral_time: in which that is done, and in which energy that is left may be spent on it.
     """
 
@@ -288,8 +283,7 @@ class WaveVariables(Coupling):
             wave_slave,
             MASTER_MEMORY,
             SLAVE_MEMORY,
-            # A wave that is late has no tick of its own any more; an integral is still of use.
-            uses_late=self.integrals,
+            uses_late=self.integrals,  # a late wave has no tick of its own any more
             felt_up=((up.slices["wave"], "wave"),),
             felt_down=((down.slices["wave"], "wave"),),
         )

@@ -33,6 +33,7 @@ from scara_drake.operator.device_encoder import DeviceEncoder
 from scara_drake.operator.master import SimulatedMaster
 from scara_drake.operator.policy import OperatorPolicy
 from scara_drake.wiring import Signals, connect_by_name, link_signals, outputs
+from scara_drake.wiring.radio import add_shadow
 from scara_drake.wiring.trainee import SEEDS, add_view
 
 if TYPE_CHECKING:
@@ -87,8 +88,8 @@ def add_bilateral(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, first, q_start, seed, period),
     )
-    uplink = _add_link(builder, scenario, "up", near.GetOutputPort("packet_to_slave"))
-    downlink = _add_link(builder, scenario, "down", far.GetOutputPort("packet_to_master"))
+    uplink = _add_link(builder, scenario, "up", near.GetOutputPort("packet_to_slave"), signals)
+    downlink = _add_link(builder, scenario, "down", far.GetOutputPort("packet_to_master"), signals)
     f_env_on_tool_W = signals.get("f_env_on_tool_W")
     if f_env_on_tool_W is None:
         free = builder.AddNamedSystem("free_space", ConstantVectorSource(np.zeros(3)))
@@ -115,7 +116,11 @@ def add_bilateral(
 
 
 def _add_link(
-    builder: DiagramBuilder, scenario: Scenario, direction: str, packet: OutputPort
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    direction: str,
+    packet: OutputPort,
+    signals: Signals,
 ) -> System:
     """Add the link "up" or "down" of some packets, behind a codec where there is one."""
     name, period, size = f"{direction}link", scenario.time_step, packet.size()
@@ -124,6 +129,7 @@ def _add_link(
     arguments = np.zeros(size), period, scenario.seed_of(name)
     if codec is None or not isinstance(link, Packets):
         carrier = builder.AddNamedSystem(name, link.make_system(*arguments))
+        add_shadow(builder, link, carrier, signals)
     else:
         carrier = builder.AddNamedSystem(name, link.make_system(*arguments, selective=True))
         felt = exchange.felt(direction)
@@ -131,7 +137,7 @@ def _add_link(
             f"codec_{direction}", Codec(codec, direction, felt, size, period, link.send_period)
         )
         builder.Connect(packet, chooser.GetInputPort("packet"))
-        builder.Connect(chooser.GetOutputPort("transmit"), carrier.GetInputPort("transmit"))
+        add_shadow(builder, link, carrier, signals, chooser.GetOutputPort("transmit"))
         packet = chooser.GetOutputPort("packet_sent")
     builder.Connect(packet, carrier.GetInputPort("signal_sent"))
     return carrier

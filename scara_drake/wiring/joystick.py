@@ -20,6 +20,7 @@ from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.wiring import Signals, link_signals, outputs
 from scara_drake.wiring.feeling import add_feeling
+from scara_drake.wiring.radio import add_shadow
 from scara_drake.wiring.robot import add_supervised_remote
 from scara_drake.wiring.supervised import (
     add_supervised_mapping,
@@ -90,12 +91,13 @@ def add_remote(
     uplink = builder.AddNamedSystem(
         "uplink", link.make_system(command, period, scenario.seed_of("uplink"))
     )
+    add_shadow(builder, link, uplink, signals)
     seed = scenario.seed_of("inverse_kinematics")
     kinematics = builder.AddNamedSystem(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, command, q_start, seed, period),
     )
-    builder.Connect(signals["tool_command"], uplink.get_input_port())
+    builder.Connect(signals["tool_command"], uplink.GetInputPort("signal_sent"))
     received = uplink.GetOutputPort("signal_received")
     watched = _add_watch(builder, scenario, uplink, command)
     builder.Connect(watched.get("tool_command_watched", received), kinematics.get_input_port())
@@ -142,6 +144,7 @@ def _add_force(
     downlink = builder.AddNamedSystem(
         "downlink", link.make_system(np.zeros(3), period, scenario.seed_of("downlink"))
     )
-    builder.Connect(signals["f_env_on_tool_W"], downlink.get_input_port())
+    add_shadow(builder, link, downlink, signals)
+    builder.Connect(signals["f_env_on_tool_W"], downlink.GetInputPort("signal_sent"))
     made = {**link_signals(downlink, "down"), "f_haptic": downlink.GetOutputPort("signal_received")}
     return made | add_feeling(builder, scenario, made["f_haptic"], device)

@@ -39,6 +39,7 @@ from scara_drake.vectors import (
 from scara_drake.wiring import Signals, connect_by_name, outputs
 from scara_drake.wiring.feeling import add_supervised_feeling
 from scara_drake.wiring.live import add_live_delay
+from scara_drake.wiring.radio import add_shadow
 
 if TYPE_CHECKING:
     from scara_drake.operator.devices import Device
@@ -114,7 +115,8 @@ def _uplink(
     uplink = builder.AddNamedSystem(
         "uplink", link.make_system(first, period, scenario.seed_of("uplink"))
     )
-    builder.Connect((signals | made)["command_frame"], uplink.get_input_port())
+    add_shadow(builder, link, uplink, signals)
+    builder.Connect((signals | made)["command_frame"], uplink.GetInputPort("signal_sent"))
     made["command_frame_received"], told = add_live_delay(
         builder, "up", uplink, first, period, signals
     )
@@ -184,7 +186,8 @@ def _downlink(
     downlink = builder.AddNamedSystem(
         "downlink", link.make_system(first, period, scenario.seed_of("downlink"))
     )
-    builder.Connect(made["robot_report"], downlink.get_input_port())
+    add_shadow(builder, link, downlink, signals)
+    builder.Connect(made["robot_report"], downlink.GetInputPort("signal_sent"))
     made["robot_report_received"], told = add_live_delay(
         builder, "down", downlink, first, period, signals
     )

@@ -21,6 +21,7 @@ from scara_drake.operator.trainee import ToolPosition, TraineeSource
 from scara_drake.tasks.plans import plan_for
 from scara_drake.wiring import Signals, chain, outputs
 from scara_drake.wiring.joystick import add_mapping, add_remote
+from scara_drake.wiring.radio import add_shadow
 
 if TYPE_CHECKING:
     from scara_drake.operator.trainee import Trainee
@@ -57,4 +58,6 @@ def add_view(
     first = forward_kinematics(q_start)[:3, 3]
     link = scenario.channel.link("down")
     view = link.make_system(first, scenario.time_step, scenario.seed_of("view"))
-    return chain(builder, "view", view, position)
+    received = chain(builder, "view", view, position)
+    add_shadow(builder, link, view, signals)
+    return received
