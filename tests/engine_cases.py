@@ -32,7 +32,10 @@ COMES: Changes = {
     "environment.surfaces.0.motion": "!ConstantVelocity {velocity: [0.0, 0.1, 0.0]}",
 }
 
-COUPLINGS = ("Direct", "ScaledForce", "PositionDamping", "WaveVariables", "Tdpa", "ModelMediated")
+COUPLINGS = (
+    "Direct", "ScaledForce", "PositionDamping", "FourChannel", "WaveVariables", "Tdpa",
+    "ModelMediated",
+)  # fmt: skip
 CONTROLLERS = (
     "!IntegralSlidingMode {}",
     "!IntegralSlidingMode {mode: paper, phi: 10.0, allow_chatter: true, anti_windup: false}",
@@ -132,6 +135,17 @@ CASES: dict[str, tuple[str, Changes]] = {
         "teleoperation",
         {**COMES, "inverse_kinematics.joints": "full", "inverse_kinematics.task": "pose"},
     ),
+    **{
+        f"policy {kind}": (
+            "bilateral",
+            {
+                "operator.policy": f"!{kind} {{work: !Reach {{places: [[0.0, -0.03, 0.0]]}}}}",
+                "channel.up": "!ConstantDelay {delay: 0.01}",
+                "channel.down": JITTER,
+            },
+        )
+        for kind in ("MoveAndWait", "Continuous")
+    },
     "kinesthetic": ("teleoperation", {**COMES, "kinesthetic": "{}"}),
     "haptics at 7 ms": ("teleoperation", {**COMES, "haptics.period": 0.014}),
     "stick at 7 ms": ("teleoperation", {**COMES, "operator.sample_period": 0.007}),
@@ -225,6 +239,7 @@ QUICK = [
     "controller Pid {}",
     "all that drives add",
     "governed stick",
+    "policy MoveAndWait",
     "delayed process",
     "command watch",
     "buffers",

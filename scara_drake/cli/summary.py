@@ -19,6 +19,7 @@ from scara_drake.simulation.pacing import Timing
 from scara_drake.simulation.run import Run
 
 Row = tuple[str, str, str]
+STANDS = 3.0  # of `policy_phase`: the picture
 
 
 def print_summary(
@@ -38,6 +39,8 @@ def print_summary(
     console.print(table)
     if result.engine_reason:
         _say(console, f"Drake ran it: {result.engine_reason}")
+    if "policy_leg" in recording:
+        _say(console, work_words(recording))
     if recording.attrs.get("device"):
         _say(console, f"Operator: {recording.attrs['device']}")
     print_first_posture(console, recording.attrs)
@@ -72,6 +75,16 @@ def print_score(console: Console, recording: xr.Dataset) -> None:
 def _say(console: Console, sentence: str) -> None:
     """Print a sentence as it is: the name of a device may be anything."""
     console.print(f"{sentence}.", highlight=False, soft_wrap=True, markup=False)
+
+
+def work_words(recording: xr.Dataset) -> str:
+    """Say how far an operator who reacts came with his work."""
+    legs, done = int(recording.policy_leg[-1]), metrics.completion_time(recording)
+    moves = metrics.move_count(recording)
+    if done == done:
+        return f"The operator's work: done after {done:.1f} s, in {moves} moves"
+    blind = " as the picture stands still" if recording.policy_phase[-1] == STANDS else ""
+    return f"The operator's work: not done{blind}; {legs} of its stages, in {moves} moves"
 
 
 def timing_words(timing: Timing) -> str:

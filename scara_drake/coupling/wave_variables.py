@@ -135,16 +135,24 @@ def affordable(wave: float, arrived: float, played: float, period: float) -> flo
 
 
 @njit(cache=True)
-def made_up(wave: float, missing: float, rate: float, period: float) -> float:
-    """Return the wave with its share of what is missing in the integral of those played.
+def make_up(missing: float, p: Gains) -> float:
+    """Return the wave that makes up for what is missing in the integral [sqrt(W) s], bounded."""
+    most = math.sqrt(0.5 * p.impedance) * p.max_speed
+    return min(max(p.integral_rate * missing, -most), most)
 
-    Args:
-        wave: the newest [sqrt(W)].
-        missing: integral of those sent less that of those played [sqrt(W) s].
-        rate: at which that is made up for [1/s].
-        period: [s].
+
+@njit(cache=True)
+def corrected(wave: float, correction: float, left: float, share: float, period: float) -> float:
+    """Return the wave with a correction, as far as a share of the energy pays that it leaves [J].
+
+    The rest stays for the ticks in which nothing comes: a wave that is too large now and zero then
+    takes more energy than it moves.
     """
-    return wave + rate * (missing - wave * period)
+    left = share * max(left - 0.5 * wave * wave * period, 0.0)
+    wanted = wave + correction
+    if 0.5 * (wanted * wanted - wave * wave) * period > left:
+        return math.copysign(math.sqrt(wave * wave + 2.0 * left / period), wanted)
+    return wanted
 
 
 @njit(cache=True)
@@ -175,7 +183,9 @@ def wave_master(
         w = newest.wave[i]
         if p.integral_rate > 0.0:
             sent.integral[i] += u * period
-            w = made_up(w, newest.integral[i] - m.integral[i], p.integral_rate, period)
+            missing = newest.integral[i] - m.integral[i] - w * period
+            left_w = newest.energy[i] - m.played[i]
+            w = corrected(w, make_up(missing, p), left_w, p.integral_rate * period, period)
         w = affordable(w, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * w * w * period
         m.integral[i] += w * period
@@ -208,10 +218,14 @@ def wave_slave(
     for i in range(3):
         drift = p.drift_gain * (newest.x[i] - m.x_d[i])
         drift = min(max(drift, -p.max_speed), p.max_speed)
-        u = newest.wave[i]
+        u, drift = newest.wave[i], math.sqrt(0.5 * b) * drift
         if p.integral_rate > 0.0:
-            u = made_up(u, newest.integral[i] - m.integral[i], p.integral_rate, period)
-        u += math.sqrt(0.5 * b) * drift
+            missing = newest.integral[i] - m.integral[i] - u * period
+            left = newest.energy[i] - m.played[i]
+            drift += make_up(missing, p)
+            u = corrected(u, drift, left, p.integral_rate * period, period)
+        else:
+            u += drift
         u = affordable(u, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * u * u * period
         m.integral[i] += u * period
@@ -238,12 +252,12 @@ class WaveVariables(Coupling):
         stiffness: K_c from the desired position to the tool.
         damping: B_c beside it.
         drift_gain: of the position error, as far as its energy goes.
-        max_speed: of that correction at the device.
+        max_speed: of that correction at the device, and of that of the integrals.
         reserve: E0 of each axis, in the master's units.
         turn: fastest change of the device's velocity by the hand, for which it is passive.
         integrals: whether the integral of the waves is sent beside them, so that a wave that is
             lost or overtaken is made up for.
-        integral_time: in which that is done.
+        integral_time: in which that is done, and in which energy that is left may be spent on it.
     """
 
     impedance: float = number(20.0, "N s/m", 0.1, 1e3)
@@ -254,11 +268,15 @@ class WaveVariables(Coupling):
     reserve: float = number(0.005, "J", 0.0, 100.0)
     turn: float = number(200.0, "m/s²", 1.0, 1e5)
     integrals: bool = False
-    integral_time: float = number(0.02, "s", 1e-3, 10.0)
+    integral_time: float = number(0.3, "s", 1e-3, 10.0)
 
     def reserves(self) -> float:
         """E0 of the master."""
         return self.reserve
+
+    def asked_damping(self) -> float:
+        """The impedance of the waves [N s/m], which the device shows to fast motion."""
+        return self.impedance_scale * self.impedance
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""

@@ -10,6 +10,9 @@ that of the hand's target, so what the sweep did not cause does not count.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -152,16 +155,48 @@ def impedance(
         start: of the sweep [s].
         force: "f_master" for the coupling alone, "f_hand" for what the hand feels: the device too.
     """
-    swept = recording.sel(axis=axis, time=slice(start, None))
-    period = float(swept.time[-1] - swept.time[0]) / (swept.sizes["time"] - 1)
-    frequency = np.fft.rfftfreq(swept.sizes["time"], period)
-    target = np.conj(_spectrum(swept.hand_target.values))
+    frequency, inside, target, swept = _sweep(recording, axis, start)
     shown = _smooth(_spectrum(swept[force].values) * target)
     moved = _smooth(_spectrum(swept.v_master.values) * target)
+    return _of_frequency(frequency[inside], shown[inside] / moved[inside])
+
+
+def as_swept(
+    known: Callable[[xr.DataArray], xr.DataArray], recording: xr.Dataset, axis: str, start: float
+) -> xr.DataArray:
+    """What `impedance` would find of a known one in the motion of a recording.
+
+    Where an impedance is steep, the mean over neighbours that it takes is not that of the middle.
+
+    Args:
+        known: its values at frequencies [Hz].
+        recording: of a sweep.
+        axis: of the sweep.
+        start: of the sweep [s].
+    """
+    frequency, inside, target, swept = _sweep(recording, axis, start)
+    moved = _spectrum(swept.v_master.values) * target
+    shown = np.zeros_like(moved)
+    shown[1:] = known(_of_frequency(frequency, frequency).frequency[1:]).values * moved[1:]
+    return _of_frequency(frequency[inside], (_smooth(shown) / _smooth(moved))[inside])
+
+
+def _sweep(
+    recording: xr.Dataset, axis: str, start: float
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.complex128], xr.Dataset]:
+    """Frequencies of the bins [Hz], which are in `BAND`, the target's spectrum, and the signals."""
+    swept = recording.sel(axis=axis, time=slice(start, None))
+    period = float(swept.time[-1] - swept.time[0]) / (swept.sizes["time"] - 1)
+    frequency = np.asarray(np.fft.rfftfreq(swept.sizes["time"], period), dtype=np.float64)
     inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
+    target: NDArray[np.complex128] = np.conj(_spectrum(swept.hand_target.values))
+    return frequency, inside, target, swept
+
+
+def _of_frequency(frequency: Array, values: NDArray[Any]) -> xr.DataArray:
     return xr.DataArray(
-        shown[inside] / moved[inside],
-        coords={"frequency": ("frequency", frequency[inside], {"units": "Hz"})},
+        values,
+        coords={"frequency": ("frequency", frequency, {"units": "Hz"})},
         dims="frequency",
         attrs={"units": "N s/m"},
     )

@@ -33,6 +33,7 @@ from scara_drake.metrics.manual import (
 )
 from scara_drake.metrics.noticed import noticed
 from scara_drake.metrics.offsets import delay_derivative, force_offsets, tool_offsets
+from scara_drake.metrics.policy import completion_time
 from scara_drake.metrics.scales import Scales, scales_of
 from scara_drake.metrics.squared_force import squared_force
 from scara_drake.metrics.tracking import energy, peak, percentile95, rmse, total_variation
@@ -76,7 +77,16 @@ class Figure(NamedTuple):
 def figures(recording: xr.Dataset) -> dict[str, Figure]:
     """Return the figures of a recording by name; those that it has the variables for."""
     found = [*_of_curves(recording)]
-    for part in (_drives, _contact, _command, _links, _coupling, _offsets, _by_hand):
+    for part in (
+        _drives,
+        _contact,
+        _command,
+        _links,
+        _coupling,
+        _offsets,
+        _by_hand,
+        _policy,
+    ):
         found += part(recording)
     return {figure.name: figure for figure in found}
 
@@ -177,3 +187,9 @@ def _by_hand(recording: xr.Dataset) -> Iterator[Figure]:
             yield Figure("displayed stiffness", "N/m", felt.stiffness)
     with suppress(ValueError):  # it touches from the start, or the master hardly moves
         yield Figure("resistance in free motion", "N s/m", free_resistance(recording).damping)
+
+
+def _policy(recording: xr.Dataset) -> Iterator[Figure]:
+    if "policy_done_at" in recording:
+        yield Figure("the operator's work is done after", "s", completion_time(recording))
+        yield Figure("stages done by the operator", "1", float(recording.policy_leg[-1]))
