@@ -12,8 +12,8 @@ from pathlib import Path
 from scara_drake.exports.formats import FORMATS
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 from scara_drake.recordings import journal
+from scara_drake.recordings.attributes import ATTRIBUTES
 from scara_drake.recordings.signals import (
-    ATTRIBUTES,
     JOINT_QUANTITIES,
     PRESENT,
     SIGNALS,

@@ -4,7 +4,8 @@ import make_recording_reference as reference
 import pytest
 
 import scara_drake as sd
-from scara_drake.recordings.signals import ATTRIBUTES, PRESENT, SIGNALS
+from scara_drake.recordings.attributes import ATTRIBUTES
+from scara_drake.recordings.signals import PRESENT, SIGNALS
 
 # What the signals are there for, as the page words it: each in a run of its own.
 OBSERVER = {"controller": "!ObserverSlidingMode {}"}
