@@ -204,6 +204,7 @@ def test_a_wave_that_stands_is_played_with_the_energy_that_came_and_no_more() ->
     packet = np.zeros(coupling.exchange().up_size)
     packet[0], packet[1], packet[4] = 1.0, 1.0, 0.5 * PERIOD  # one tick of a wave of 1
     command, energy, sent = np.zeros(8), np.zeros(METERS.size), np.zeros(7)
+    assert end.update is not None
     for _ in range(100):
         end.update(packet, np.zeros(3), np.zeros(6), constants, memory, sent, command, energy)
     kind = wave_variables.SLAVE_MEMORY.unpack(memory[coupling.exchange().up_size :])
@@ -220,7 +221,10 @@ def test_a_received_velocity_stands_up_to_the_keep_alive(kind: type[Coupling], h
     packet, (felt, _) = np.zeros(exchange.up_size), exchange.felt("up")[0]
     packet[0], packet[felt.start + 1] = 1.0, 0.1
     motion, sent = np.zeros(6), np.zeros(exchange.down_size)
-    command, energy, speeds = np.zeros(8), np.zeros(METERS.size), []
+    command, energy = np.zeros(8), np.zeros(METERS.size)
+    speeds: list[float] = []
+    assert end.update is not None
+    assert exchange.slave_memory is not None
     tool = exchange.up_size + exchange.slave_memory.slices["x_d"].start + 1
     for _ in range(200):
         was = memory[tool]

@@ -12,7 +12,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scara_drake.channel.codec import Felt
 from scara_drake.common.block import Block, Declaration, Input, Kernel, Memory
 from scara_drake.common.fields import check, number
 from scara_drake.common.layout import Layout
@@ -26,6 +25,9 @@ from scara_drake.coupling.layouts import (
 )
 
 Array = NDArray[np.float64]
+
+# Which entries of a payload are felt together, and what they are.
+Felt = tuple[slice, str]
 
 FIRM = 1.0  # [N] at the tool, from which the contact damping acts in full
 

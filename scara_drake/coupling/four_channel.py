@@ -203,8 +203,16 @@ class FourChannel(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
+        felt = ((PAYLOAD.slices["v"], "speed"), (PAYLOAD.slices["f"], "force"))
         return Exchange(
-            PAYLOAD, PAYLOAD, four_channel_master, four_channel_slave, MASTER_MEMORY, SLAVE_MEMORY
+            PAYLOAD,
+            PAYLOAD,
+            four_channel_master,
+            four_channel_slave,
+            MASTER_MEMORY,
+            SLAVE_MEMORY,
+            felt_up=felt,
+            felt_down=felt,
         )
 
     def parameters(self, period: float) -> Array:
