@@ -37,7 +37,16 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import delayed_wall, displayed_impedance, quantised_wall
+from scara_drake.experiments.literature import (
+    certificates,
+    dead_band,
+    delay_against_loss,
+    delayed_wall,
+    displayed_impedance,
+    operators_under_delay,
+    quantised_wall,
+    standard_cases,
+)
 from scara_drake.experiments.teleoperation import (
     couplings,
     devices,
@@ -77,7 +86,12 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "quantised_wall": quantised_wall.run,
     "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
+    "delay_against_loss": delay_against_loss.run,
     "delayed_wall": delayed_wall.run,
+    "dead_band": dead_band.run,
+    "certificates": certificates.run,
+    "standard_cases": standard_cases.run,
+    "operators_under_delay": operators_under_delay.run,
 }
 
 __all__ = [

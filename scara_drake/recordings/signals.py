@@ -306,6 +306,8 @@ ATTRIBUTES: Final[dict[str, str]] = {
     "engine": "what ran the Diagram: `drake` or `compiled`",
     "engine_reason": "why it was not the other, where there is a reason",
     "device": "the operator's device, or the trace in its place",
+    "packet_numbers_up": "how many numbers are in a packet up, with all that the receiver gets",
+    "packet_numbers_down": "the same of a packet down",
     "score": "of its task, 0 to 100, see [training](training.md)",
     "score_table": "its criteria with values, bounds and points, JSON",
     "ended_by": "what ended the run: `duration`, an interrupt, an error, `cut off`, damage",
