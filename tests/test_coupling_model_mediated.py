@@ -149,3 +149,16 @@ def test_what_is_rendered_is_passive_for_brisk_hands(
 def test_wrong_fields_are_named() -> None:
     with pytest.raises(ValueError, match=r"c\.forgetting: 1\.5, allowed 0\.9 to 1"):
         check(ModelMediated(forgetting=1.5), "c")
+
+
+def test_a_device_bounds_what_is_rendered() -> None:
+    # On a device of 400 N/m and 4 N s/m, a wall of 10 kN/m and 100 N s/m is one of these.
+    cut = ModelMediated().within(400.0, 4.0)
+    assert (cut.max_stiffness, cut.max_damping) == (400.0, 4.0)
+    assert ModelMediated(max_stiffness=50.0).within(400.0, 4.0).max_stiffness == 50.0
+    assert cut.asked_stiffness(1e4) == 400.0
+    model = np.array([1e4, 100.0, 0.0, 1.0])
+    f, rest = 0.0, 0.0
+    for _ in range(4000):
+        f, rest = render(model, 5e-3, 0.01, rest, 1e-3, 400.0, 0.1, 4.0)
+    assert f == pytest.approx(400.0 * 5e-3 + 4.0 * 0.01)

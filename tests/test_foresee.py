@@ -69,3 +69,26 @@ def test_the_delay_that_is_told_is_the_one_that_grows(delay):
         assert told
     if flips.max() < 1e-4:
         assert not told
+
+
+DEVICES: dict[str, tuple[dict[str, Any], str]] = {
+    "force": ({}, "the hand can press with 6 N, the device touch pushes back with 3.3 N at most"),
+    "damping": ({}, "coupling.master_damping is cut from 20 to 4, as much as the device touch"),
+    "stiffness": ({}, "pressed on wall the coupling asks the device touch for 909.1 N/m"),
+    "waves": (
+        {"coupling": "!WaveVariables {}"},
+        "the device touch for 20 N s/m, it renders 4 N",
+    ),
+    "P+d": ({"coupling": "!PositionDamping {}"}, "asks the device touch for 30 N s/m, it renders"),
+    "direct": ({"coupling": "!Direct {}"}, r"asks the device touch for 1e\+04 N/m, it renders 400"),
+    "model": ({"coupling": "!ModelMediated {}"}, r"max_stiffness is cut from 1e\+04 to 400"),
+}
+
+
+@pytest.mark.parametrize("case", DEVICES)
+def test_what_a_device_cannot_do_is_told(case):
+    overrides, told = DEVICES[case]
+    lines = foresee(load_scenario("bilateral", {"operator.device": "touch", **overrides}))
+    assert any(re.search(told, line) for line in lines), lines
+    calm = {"operator.device": "omega.3", "coupling": "!Tdpa {force_scale: 0.3}"}
+    assert foresee(load_scenario("bilateral", calm)) == []

@@ -76,7 +76,7 @@ def _device(scenario: Scenario) -> list[str]:
         return []
     hardware = master.hardware()
     pressed = master.hand_stiffness * max((math.hypot(*way) for way in master.targets), default=0.0)
-    if pressed > hardware.force:
+    if master.policy is None and pressed > hardware.force:
         told.append(
             f"the hand can press with {pressed:.3g} N, the device {master.device} pushes back with "
             f"{hardware.force:.3g} N at most: what is above is not felt"
