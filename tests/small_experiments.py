@@ -55,6 +55,7 @@ SMALL: dict[str, dict[str, Any]] = {
         },
         "longest": 0,
     },
+    "displayed_impedance": {"links": ("none", "5g"), "duration": 10.0},
     "standard_cases": {"delays": (0.1,)},
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},

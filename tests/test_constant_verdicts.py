@@ -29,6 +29,9 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "certificates": (
         "test_certificates_experiment", "experiment", "test_it_judges_what_it_is_given",
     ),
+    "displayed_impedance": (
+        "test_displayed_impedance_experiment", "experiment", "test_it_judges_what_it_is_given",
+    ),
     "standard_cases": ("test_standard_cases", "experiment", "test_it_judges_what_it_is_given"),
     "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
     "dead_band": ("test_dead_band", "experiment", "test_it_judges_what_it_is_given"),
