@@ -37,7 +37,7 @@ SMALL: dict[str, dict[str, Any]] = {
         "sweep_duration": 0.0,
     },
     "operators_under_delay": {
-        "seeds": 3,
+        "seeds": 2,
         "reach_delays": (0.0, 0.5),
         "press_delays": (0.0, 0.256, 0.512),
     },
