@@ -32,7 +32,10 @@ COMES: Changes = {
     "environment.surfaces.0.motion": "!ConstantVelocity {velocity: [0.0, 0.1, 0.0]}",
 }
 
-COUPLINGS = ("Direct", "ScaledForce", "PositionDamping", "WaveVariables", "Tdpa", "ModelMediated")
+COUPLINGS = (
+    "Direct", "ScaledForce", "PositionDamping", "FourChannel", "WaveVariables", "Tdpa",
+    "ModelMediated",
+)  # fmt: skip
 CONTROLLERS = (
     "!IntegralSlidingMode {}",
     "!IntegralSlidingMode {mode: paper, phi: 10.0, allow_chatter: true, anti_windup: false}",
@@ -63,6 +66,16 @@ def _couplings() -> dict[str, tuple[str, Changes]]:
     }
 
 
+def _codecs() -> dict[str, tuple[str, Changes]]:
+    return {
+        f"{kind}, dead band": (
+            "bilateral",
+            {**LOSSY, "coupling": f"!{kind} {{}}", "channel.codec": "{keep_alive: 0.02}"},
+        )
+        for kind in COUPLINGS
+    }
+
+
 def _surfaces() -> dict[str, tuple[str, Changes]]:
     return {
         f"{motion} {surface}, {law}": (
@@ -78,6 +91,7 @@ def _surfaces() -> dict[str, tuple[str, Changes]]:
 CASES: dict[str, tuple[str, Changes]] = {
     **{name: (name, {}) for name in scenario_names()},
     **_couplings(),
+    **_codecs(),
     **_surfaces(),
     **{f"controller {c[1:]}": ("joint_sine", {"controller": c}) for c in CONTROLLERS},
     **{
@@ -92,6 +106,17 @@ CASES: dict[str, tuple[str, Changes]] = {
             "environment.cut.point": [0.8, -0.8978, 3.0],
             "environment.surfaces": "[!Wall {point: [0.8, -0.8605, 3.0]}]",
             "task": None,
+        },
+    ),
+    # Encoders, and friction that sticks.
+    "device touch": ("bilateral", {**PRESS, "operator.device": "touch"}),
+    "device of one's own": (
+        "bilateral",
+        {
+            **PRESS,
+            "operator.friction": 0.5,
+            "operator.resolution": 1e-5,
+            "operator.workspace": 0.05,
         },
     ),
     "no surface": ("bilateral", {"environment.surfaces": "[]"}),
@@ -136,6 +161,15 @@ CASES: dict[str, tuple[str, Changes]] = {
             **COMES,
             "channel.up": JITTER.replace("send_period", "outages: [0.1, 0.2], send_period"),
             "channel.watch": "{age_limit: 0.02, afterwards: catch_up}",
+        },
+    ),
+    "buffers": (
+        "bilateral",
+        {
+            **LOSSY,
+            "coupling": "!WaveVariables {}",
+            "channel.up.playout": "{depth: 0.014}",
+            "channel.down.playout": "{kind: adaptive, percentile: 90.0, window: 50.0}",
         },
     ),
     "supervised, any delay": ("teleoperation", {**COMES, "supervision": "{}"}),
@@ -199,6 +233,8 @@ QUICK = [
     *_surfaces(),
     "cut pipe",
     "Tdpa, jitter with loss",
+    "Tdpa, dead band",
+    "device touch",
     "WaveVariables, constant delay",
     "controller Pid {}",
     "all that drives add",
@@ -206,6 +242,7 @@ QUICK = [
     "policy MoveAndWait",
     "delayed process",
     "command watch",
+    "buffers",
     "supervised, link lost",
     "logged each 1/3 s",
     "steps of 0.5 ms",

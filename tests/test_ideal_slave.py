@@ -8,11 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scara_drake.environment import Wall
-from scara_drake.experiments.teleoperation.ideal_slave import (
-    ideal_slave,
-    llewellyn,
-    stable_delay,
-)
+from scara_drake.experiments.teleoperation.ideal_slave import ideal_slave, stable_delay
+from scara_drake.stability.certificates import llewellyn
 
 
 def test_the_wall_of_table_4_bears_3_5_ms_there_and_back() -> None:

@@ -111,6 +111,21 @@ def _cut() -> dict[str, Signal]:
     }
 
 
+def _playout(link: str) -> dict[str, Signal]:
+    """What a recording holds of the buffer of a link, see `channel.layouts.PlayoutState`."""
+    return {
+        f"{name}_{link}": Signal(f"playout_{link}", column, (), unit, long_name, False)
+        for column, (name, unit, long_name) in enumerate(
+            (
+                ("packets_late", "1", f"packets {link} so far that come after their time"),
+                ("packets_late_used", "1", "how many of these were used, and not dropped"),
+                ("packets_skipped", "1", "passed over by a buffer that became less deep"),
+                ("playout_depth", "s", f"depth of the buffer of the {link}link"),
+            )
+        )
+    }
+
+
 SIGNALS: Final[dict[str, Signal]] = {
     "q_measured": Signal("state", 0, _JOINT, _POSITIONS, "joint positions of the plant"),
     "v_measured": Signal("state", 6, _JOINT, _RATES, "joint rates of the plant"),
@@ -146,6 +161,12 @@ SIGNALS: Final[dict[str, Signal]] = {
     ),
     "x_master": Signal("motion_master", 0, _AXIS, "m", "motion of the master's device", False),
     "v_master": Signal("motion_master", 3, _AXIS, "m/s", "rate of the master's device", False),
+    "x_master_measured": Signal(
+        "motion_measured", 0, _AXIS, "m", "motion of the device, by its encoders", False
+    ),
+    "v_master_measured": Signal(
+        "motion_measured", 3, _AXIS, "m/s", "rate of the device, by its driver", False
+    ),
     "f_master": Signal(
         "f_master", 0, _AXIS, "N", "force of the device, before its actuators' limit", False
     ),
@@ -173,6 +194,8 @@ SIGNALS: Final[dict[str, Signal]] = {
     "packets_lost_down": Signal(
         "packet_counts_down", 1, (), "1", "packets sent down that never arrive", False
     ),
+    **_playout("up"),
+    **_playout("down"),
     "saturation": Signal(
         "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
     ),
@@ -242,6 +265,7 @@ PRESENT: Final[dict[str, str]] = {
     "device_connected": "the operator's device is a live one",
     "f_kinesthetic": "the scenario has `kinesthetic`",
     "motion_master": "the operator is a `!Master`",
+    "motion_measured": "the device of a `!Master` has encoders with a resolution",
     "f_master": "the operator is a `!Master`",
     "f_hand": "the operator is a `!Master`",
     "hand_target": "the operator is a `!Master`",
@@ -253,6 +277,8 @@ PRESENT: Final[dict[str, str]] = {
     "command_watch": "the scenario has `channel.watch`",
     "packet_counts_up": "the uplink has packets",
     "packet_counts_down": "the downlink has packets",
+    "playout_up": "the uplink has a `playout`",
+    "playout_down": "the downlink has a `playout`",
     "saturation": "the controller is neither `!InverseDynamics` nor your own",
     "state_desired_governed": "the scenario has a `governor`",
     "actuation_delivered": "the scenario has `drives.lag`",
@@ -280,6 +306,8 @@ ATTRIBUTES: Final[dict[str, str]] = {
     "engine": "what ran the Diagram: `drake` or `compiled`",
     "engine_reason": "why it was not the other, where there is a reason",
     "device": "the operator's device, or the trace in its place",
+    "packet_numbers_up": "how many numbers are in a packet up, with all that the receiver gets",
+    "packet_numbers_down": "the same of a packet down",
     "score": "of its task, 0 to 100, see [training](training.md)",
     "score_table": "its criteria with values, bounds and points, JSON",
     "ended_by": "what ended the run: `duration`, an interrupt, an error, `cut off`, damage",

@@ -1,5 +1,6 @@
-"""Evidence of stability: poles, delay margins, Lyapunov's function on recordings, robustness."""
+"""Evidence of stability: poles, delay margins, Lyapunov's function, robustness, certificates."""
 
+from scara_drake.stability.certificates import Certificate, Certificates, certify
 from scara_drake.stability.delay_margin import (
     arm_onset,
     crossover,
@@ -25,8 +26,11 @@ from scara_drake.stability.robustness import CONTROLLERS, VARIATIONS, robustness
 __all__ = [
     "CONTROLLERS",
     "VARIATIONS",
+    "Certificate",
+    "Certificates",
     "Linearised",
     "arm_onset",
+    "certify",
     "closed_loop_poles",
     "crossover",
     "delay_margin",

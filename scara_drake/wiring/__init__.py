@@ -25,13 +25,24 @@ def outputs(system: System) -> Iterator[tuple[str, OutputPort]]:
 
 
 def link_signals(link: System, direction: str) -> Signals:
-    """Return what a link tells about itself: its delay; of packets also their age and count."""
+    """Return what a link tells about itself: its delay; of packets also age, count and buffer."""
     names = {
         "delay": f"delay_{direction}",
         "age_of_information": f"age_{direction}",
         "packet_counts": f"packet_counts_{direction}",
+        "playout": f"playout_{direction}",
     }
     return {names[name]: port for name, port in outputs(link) if name in names}
+
+
+def packet_sizes(signals: Signals) -> dict[str, int]:
+    """Return how many numbers are in a packet of each link that has packets, for the recording."""
+    links = {name: signals.get(f"packet_counts_{name}") for name in ("up", "down")}
+    return {
+        f"packet_numbers_{name}": cast(System, port.get_system()).GetInputPort("signal_sent").size()
+        for name, port in links.items()
+        if port is not None
+    }
 
 
 def connect_by_name(builder: DiagramBuilder, system: System, signals: Signals) -> Signals:

@@ -25,23 +25,6 @@ Y = 1  # the axis of the press
 WAY = 0.01  # [m], from the centre to the wall
 
 
-def llewellyn(h11: ArrayLike, h12: ArrayLike, h21: ArrayLike, h22: ArrayLike) -> Array:
-    """Return eta of Llewellyn, at each frequency.
-
-    With Re h11, Re h22 >= 0 and eta >= 1 at all frequencies, a two-port is stable between any two
-    passive ends.
-
-    Args:
-        h11: of the hybrid matrix [f_h, -v_e] = H [v_h, f_e], complex, like the others.
-        h12: force forward.
-        h21: velocity back.
-        h22: admittance of the slave.
-    """
-    crossing = np.multiply(h12, h21)
-    losses = 2.0 * np.real(h11) * np.real(h22)
-    return np.asarray((losses - np.real(crossing)) / np.abs(crossing))
-
-
 def ideal_slave(omega: ArrayLike, delay: float) -> tuple[Array, Array, Array, Array]:
     """Return the hybrid parameters of position up, force down, and a slave that is where it should.
 
