@@ -24,6 +24,8 @@ PRESS = Press(places=[[0.0, -0.04, 0.0]])
 def hand_of(policy, delay, duration, cut=np.inf, seed=0):
     """Where the hand is wanted (n, 3): the tool is where the hand is, at a wall; cut at a time."""
     block = OperatorPolicy(policy, FIRST, 1.0, STIFFNESS, PERIOD, seed).declaration
+    assert block.update is not None
+    assert block.initialize is not None
     memory = {name: np.array(group.initial, dtype=float) for name, group in block.memory.items()}
     mind, sense, worker = memory["mind"], memory["sense"], block.parameters["worker"]
     steps, late = round(duration / PERIOD), round(delay / PERIOD)
