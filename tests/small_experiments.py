@@ -60,7 +60,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
     "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},
     "operators_under_delay": {
-        "seeds": 3,
+        "seeds": 2,
         "reach_delays": (0.0, 0.5),
         "press_delays": (0.0, 0.256, 0.512),
     },

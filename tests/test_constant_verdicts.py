@@ -18,6 +18,9 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "equivalent_control": (
         "test_equivalent_control", "experiment", "test_it_judges_what_it_is_given",
     ),
+    "operators_under_delay": (
+        "test_operators_experiment", "experiment", "test_it_judges_what_it_is_given",
+    ),
     "couplings": (
         "test_couplings_experiment", "small", "test_a_run_that_throws_the_device_breaks_the_claims",
     ),

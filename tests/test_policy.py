@@ -24,6 +24,8 @@ PRESS = Press(places=[[0.0, -0.04, 0.0]])
 def hand_of(policy, delay, duration, cut=np.inf, seed=0):
     """Where the hand is wanted (n, 3): the tool is where the hand is, at a wall; cut at a time."""
     block = OperatorPolicy(policy, FIRST, 1.0, STIFFNESS, PERIOD, seed).declaration
+    assert block.update is not None
+    assert block.initialize is not None
     memory = {name: np.array(group.initial, dtype=float) for name, group in block.memory.items()}
     mind, sense, worker = memory["mind"], memory["sense"], block.parameters["worker"]
     steps, late = round(duration / PERIOD), round(delay / PERIOD)
@@ -143,7 +145,7 @@ def test_nothing_of_the_robot_is_known_before_its_delay():
     ]
     apart = abs(runs[0].hand_target - runs[1].hand_target).max("axis")
     moved = abs(runs[0].p_WE_measured - runs[1].p_WE_measured).max("axis") > 1e-9
-    first = float(moved.time[moved.argmax()])
+    first = float(moved.time[int(moved.values.argmax())])
     assert float(apart.sel(time=slice(None, first + 0.1)).max()) == 0.0
     assert float(apart.max()) > 0.0
 
@@ -188,7 +190,7 @@ def test_without_a_policy_nothing_is_added():
     ],
 )
 def test_bad_input_is_told_in_one_line(changes, told):
-    with pytest.raises(ValueError) as error:
+    with pytest.raises(ValueError, match=r"operator|Guess") as error:
         load_scenario("bilateral", changes)
     assert told in str(error.value)
     assert "\n" not in str(error.value)

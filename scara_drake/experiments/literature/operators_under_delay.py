@@ -1,4 +1,4 @@
-"""Ferrell (1965) and Hannaford and Kim (1989): what a delay costs an operator who sees and feels it.
+"""Ferrell (1965), Hannaford and Kim (1989): what a delay costs an operator who sees and feels.
 
 Virtual operators do two pieces of work over a robot that is where it should be, see
 `virtual_operator`. Their numbers are people's without a delay (`operator.policy`), the same for

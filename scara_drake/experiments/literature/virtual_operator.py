@@ -17,7 +17,8 @@ from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.wave_variables import WaveVariables, wave_master, wave_slave
 from scara_drake.environment import Wall, normal_force, surface_row
 from scara_drake.operator.continuous import follow
-from scara_drake.operator.master import Master, move_device
+from scara_drake.operator.device_motion import move_device
+from scara_drake.operator.master import Master
 from scara_drake.operator.move_and_wait import move_and_wait
 from scara_drake.operator.moves import DONE, MOVING, mind_of
 from scara_drake.operator.policy import MoveAndWait, OperatorPolicy, Policy
@@ -145,8 +146,11 @@ def _work(
         at = k % (late + 1)
         s.seen[at], s.up[at], s.down[at] = tool[:3], sent_up, sent_down
         came = (k + 1) % (late + 1)
-        step = move_and_wait if waits else follow
-        step(k * PERIOD, s.seen[came], age, motion, f_hand, s.worker, s.mind, s.sense)
+        t, seen = k * PERIOD, s.seen[came]
+        if waits:
+            move_and_wait(t, seen, age, motion, f_hand, s.worker, s.mind, s.sense)
+        else:
+            follow(t, seen, age, motion, f_hand, s.worker, s.mind, s.sense)
         if m.phase[()] == MOVING and was != MOVING:
             moves += 1.0
         was = m.phase[()]
