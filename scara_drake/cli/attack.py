@@ -7,6 +7,7 @@ import json
 import math
 import shlex
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
@@ -92,10 +93,11 @@ def _searched(problem: Problem, plan: Plan) -> list[Trial]:
         )
         bar = progress.add_task(problem.scenario.name, total=plan.runs, harm="")
 
-        def show(done: int, harm: float) -> None:
+        def show(trials: Sequence[Trial]) -> None:
             if not progress.live.is_started:
                 shown.enter_context(progress)
-            progress.update(bar, completed=done, harm=f"{harm:.3g}")
+            harm = max(trial.harm for trial in trials)
+            progress.update(bar, completed=len(trials), harm=f"{harm:.3g}")
 
         return search(problem, plan, show)
 
