@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import examples
 
+from scara_drake.comparison.plots import pictures
 from scara_drake.environment.compliance import SineMotion
 from scara_drake.metrics.figures import figures
 from scara_drake.metrics.manual import (
@@ -210,6 +211,18 @@ def test_the_figures_of_a_run_have_them_with_their_units() -> None:
     assert kept["displayed_stiffness"] == told["displayed stiffness"].value
     assert 1e3 * kept["time_offset_mean"] == told["time offset of the tool, mean"].value
     assert all(METRICS[name].units for name in names)
+
+
+def test_they_are_drawn_over_time() -> None:
+    one = pressed("!ScaledForce {}", 0.05, 200.0)
+    drawn = {picture.title: picture.figure for picture in pictures(["one"], [one])}
+    late, wrong = drawn["How late, and how wrong, does the hand feel the force?"].axes
+    assert late.get_ylabel() == "time offset of the force [ms]"
+    assert wrong.get_ylabel() == "value offset of the force [N]"
+    (line,) = late.lines
+    assert np.median(np.asarray(line.get_ydata())) == pytest.approx(54.0, abs=8.0)
+    assert "How late, and how wrong, does the tool come after the hand?" in drawn
+    assert "Would the hand notice that the force is wrong?" in drawn
 
 
 def test_without_contact_there_is_none_of_a_contact() -> None:
