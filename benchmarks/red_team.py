@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Sequence
 from functools import partial
+from typing import cast
 
 import numpy as np
 import xarray as xr
@@ -34,6 +35,7 @@ from scara_drake.attack.objectives import (
 from scara_drake.attack.search import BATCH, Plan, search
 from scara_drake.attack.space import shortened
 from scara_drake.attack.trial import Problem, Trial
+from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.scenario import Scenario
 from scara_drake.simulation.processes import processes
 
@@ -41,22 +43,28 @@ ENDS = ("slave", "master")
 SEARCHED = ("invariant", "energy")
 
 
+def tdpa_of(scenario: Scenario) -> Tdpa:
+    """Return the coupling, which is one."""
+    return cast(Tdpa, scenario.coupling)
+
+
 def ratio(end: int, axis: int, scenario: Scenario, recording: xr.Dataset) -> float:
     """Largest (given out - told) / E0 of an end and an axis, over the ticks."""
     spent, told = energy_accounts(recording, scenario.time_step)[end]
-    return float(np.max(spent[:, axis] - told[:, axis]) / scenario.coupling.reserve)
+    return float(np.max(spent[:, axis] - told[:, axis]) / tdpa_of(scenario).reserve)
 
 
 def turning(scenario: Scenario, recording: xr.Dataset) -> float:
     """Fastest change of the device's velocity, over the `turn` for which the bound holds."""
     change = np.diff(recording.v_master.transpose("time", "axis").values, axis=0)
-    return float(np.abs(change).max() / scenario.time_step / scenario.coupling.turn)
+    return float(np.abs(change).max() / scenario.time_step / tdpa_of(scenario).turn)
 
 
 def told(trials: list[Trial], name: str) -> tuple[float, float, float]:
     """Largest, 99th and 50th percentile of a figure over the runs that count."""
     values = [trial.values[name] for trial in trials if name in trial.values]
-    return max(values), *np.quantile(values, [0.99, 0.5])  # type: ignore[return-value]
+    high, median = np.quantile(values, [0.99, 0.5])
+    return max(values), float(high), float(median)
 
 
 def add_figures() -> list[str]:

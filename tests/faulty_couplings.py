@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scara_drake.common.layout import Layout
 from scara_drake.coupling.ends import Exchange
 from scara_drake.coupling.layouts import packet_of
-from scara_drake.coupling.tdpa import DOWN, SLAVE_MEMORY, UP, Tdpa, tdpa_master, tdpa_slave
+from scara_drake.coupling.tdpa import SLAVE_MEMORY, UP, Tdpa, tdpa_slave
 
 Array = NDArray[np.float64]
 
@@ -20,13 +20,11 @@ Array = NDArray[np.float64]
 class ForgetfulMemory(NamedTuple):
     """TDPA's memory, and the energy that was counted again (3,) [J]."""
 
-    x_d: Array
-    f: Array
-    v_held: Array
+    own: Array
     again: Array
 
 
-FORGETFUL_MEMORY = Layout(ForgetfulMemory, x_d=3, f=3, v_held=3, again=3)
+FORGETFUL_MEMORY = Layout(ForgetfulMemory, own=SLAVE_MEMORY.size, again=3)
 up_of, memory_of = UP.reader(), FORGETFUL_MEMORY.reader()
 
 
@@ -84,7 +82,7 @@ class Credulous(Tdpa):
 
     def exchange(self) -> Exchange:
         """What it does."""
-        return Exchange(UP, DOWN, tdpa_master, credulous_slave, slave_memory=SLAVE_MEMORY)
+        return replace(super().exchange(), slave=credulous_slave)
 
 
 @dataclass
@@ -93,4 +91,4 @@ class Forgetful(Tdpa):
 
     def exchange(self) -> Exchange:
         """What it does."""
-        return Exchange(UP, DOWN, tdpa_master, forgetful_slave, slave_memory=FORGETFUL_MEMORY)
+        return replace(super().exchange(), slave=forgetful_slave, slave_memory=FORGETFUL_MEMORY)

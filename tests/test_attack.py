@@ -27,7 +27,7 @@ from scara_drake.attack.space import DURATION, attacked, shortened
 from scara_drake.attack.trial import Problem, Trial, tried
 from scara_drake.channel.packets import Packets
 from scara_drake.cli.main import main
-from scara_drake.coupling.ends import Coupling
+from scara_drake.coupling.tdpa import Tdpa
 from scara_drake.scenario import check_scenario
 from scara_drake.studies.figures import METRICS
 
@@ -47,7 +47,7 @@ WAVES: dict[str, Any] = {
 def problem(
     objective: str,
     overrides: dict[str, Any] | None = None,
-    coupling: Coupling | None = None,
+    coupling: Tdpa | None = None,
     duration: float = 3.0,
     bounds: tuple[str, ...] = (),
 ) -> Problem:
@@ -199,7 +199,7 @@ def test_each_field_is_tried_alone_at_both_ends() -> None:
     bounds = bounds_of(scenario)
     tried_alone = alone_attacks(bounds)
     for bound in bounds:
-        ends = set(bound.words) or {bound.low, bound.high}
+        ends: set[float | str] = {*bound.words} if bound.words else {bound.low, bound.high}
         assert {one[bound.label] for one in tried_alone if bound.label in one} == ends
 
 

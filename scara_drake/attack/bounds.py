@@ -63,7 +63,7 @@ class Bound(Range):
 
     def shown(self, value: float | str) -> str:
         """Return a value with its unit."""
-        return f"{value}" if self.words else f"{value:.4g} {self.unit}".replace(" 1", "").strip()
+        return str(value) if self.words else f"{value:.4g} {self.unit}".removesuffix(" 1")
 
     def range_shown(self) -> str:
         """Return its bounds in words."""

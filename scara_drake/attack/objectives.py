@@ -41,6 +41,10 @@ class Objective:
     threshold: Callable[[Scenario], float]
     check: Callable[[Scenario], None] = lambda scenario: None
 
+    def shown(self, value: float) -> str:
+        """Return a value of it with its unit."""
+        return f"{value:.4g} {self.unit}".removesuffix(" 1")
+
 
 def energy_made(scenario: Scenario, recording: xr.Dataset) -> float:
     """Energy [J] that coupling and channel have made beyond the reserves, of the worst axis."""

@@ -85,8 +85,8 @@ class Report:
         changed = changed_fields(self.problem, self.shrunk.trial)
         by = ", ".join(f"{field} {shown}" for field, shown in changed.items())
         return (
-            f"{what.meaning}: {value:.4g} {what.unit}, above "
-            f"{self.problem.thresholds[name]:.4g} {what.unit}, with {by or 'nothing changed'}"
+            f"{what.meaning}: {what.shown(value)}, above "
+            f"{what.shown(self.problem.thresholds[name])}, with {by or 'nothing changed'}"
         )
 
     def data(self) -> dict[str, Any]:

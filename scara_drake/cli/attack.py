@@ -130,7 +130,7 @@ def _coverage_table(report: Report) -> Table:
     for bound in report.problem.bounds:
         reached = fields[bound.label]
         span = (
-            f"{reached.low:.3g} to {reached.high:.3g}"
+            f"{reached.low:.4g} to {reached.high:.4g}"
             if isinstance(reached.low, float | int) and isinstance(reached.high, float | int)
             else f"{reached.low} to {reached.high}"
         )
@@ -146,14 +146,8 @@ def _objectives_table(report: Report) -> Table:
     for name, threshold in report.problem.thresholds.items():
         value, number = report.best(name)
         first = report.trials[0].values.get(name, math.nan)
-        unit = OBJECTIVES[name].unit
-        table.add_row(
-            name,
-            f"{first:.4g} {unit}",
-            f"{value:.4g} {unit}",
-            f"{number}",
-            f"{threshold:.4g} {unit}",
-        )
+        shown = OBJECTIVES[name].shown
+        table.add_row(name, shown(first), shown(value), f"{number}", shown(threshold))
     return table
 
 
