@@ -42,6 +42,7 @@ PRESSED = {
 }
 SWEPT = {
     "transparency_error": ("Z error [dec]", 1.0),
+    "closed_form": ("Z closed form [dec]", 1.0),
     "z_width": ("Z width [dec]", 1.0),
 }
 ALWAYS = ("peak", "energy_margin")  # of a run that is not stable, too
@@ -65,6 +66,8 @@ LEGEND = (
     "made some.\n"
     "- Z error: mean |log10| of the impedance that the coupling shows at the wall over the wall's, "
     "0.1 to 10 Hz, by a sweep of the hand.\n"
+    "- Z closed form: the same of the coupling's closed form, where it has one, at the age of what "
+    "was in use; where that varies, the mean over it.\n"
     "- Z width: mean log10 of what the hand feels at the wall over that in free space, the device "
     "included.",
 )

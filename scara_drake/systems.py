@@ -26,6 +26,7 @@ from scara_drake.operator.joystick import JoystickSource
 from scara_drake.operator.kinesthetic import KinestheticOutput
 from scara_drake.operator.mapping import JoystickToPose
 from scara_drake.operator.master import SimulatedMaster
+from scara_drake.operator.policy import OperatorPolicy
 from scara_drake.operator.stick_filter import StickFilter
 from scara_drake.operator.supervised_mapping import SupervisedMapping
 from scara_drake.operator.supervisor import OperatorSupervisor
@@ -85,6 +86,7 @@ __all__ = [
     "MasterEnd",
     "MeasurementGuard",
     "ObserverSlidingModeController",
+    "OperatorPolicy",
     "OperatorSupervisor",
     "PacketChannel",
     "PidController",

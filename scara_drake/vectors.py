@@ -132,6 +132,20 @@ class RobotReport(NamedTuple):
     tool_command: Array
 
 
+class PolicyState(NamedTuple):
+    """`policy_state` (3): what is told of an operator who reacts.
+
+    Attributes:
+        phase: 0 moves, 1 waits, 2 has done his work, 3 the picture stands still.
+        leg: stages of the work that are done.
+        done_at: when the last one was done [s]; negative before.
+    """
+
+    phase: Cell
+    leg: Cell
+    done_at: Cell
+
+
 class Pose(NamedTuple):
     """`X_WE_desired` (7), and the beginning of every vector that holds a pose.
 
@@ -220,6 +234,7 @@ NEUTRAL_SETTINGS: Final = LiveSettings(0.0, 0.0, 1.0, 1.0, 1.0)
 SUPERVISOR_STATUS = Layout(SupervisorStatus, state=(), reason=(), engagements=(), faults=())
 COMMAND_FRAME = Layout(CommandFrame, tool_command=8, state=(), engagements=())
 ROBOT_REPORT = Layout(RobotReport, f_env_on_tool_W=3, status=4, tool_command=8)
+POLICY_STATE = Layout(PolicyState, phase=(), leg=(), done_at=())
 POSE = Layout(Pose, p=3, quaternion=4)
 TOOL_COMMAND = Layout(ToolCommand, p=3, quaternion=4, mast=())
 STATE = Layout(State, q=6, v=6)
@@ -235,6 +250,7 @@ live_settings_of = LIVE_SETTINGS.reader()
 supervisor_status_of = SUPERVISOR_STATUS.reader()
 command_frame_of = COMMAND_FRAME.reader()
 robot_report_of = ROBOT_REPORT.reader()
+policy_state_of = POLICY_STATE.reader()
 pose_of = POSE.reader()
 tool_command_of = TOOL_COMMAND.reader()
 state_of = STATE.reader()

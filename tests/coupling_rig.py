@@ -14,8 +14,9 @@ from functools import cache
 import numpy as np
 from numba import float64, njit, typeof, types, void
 
+from scara_drake.channel.codec import Codec, DeadBand, ask, encode, step_codec
 from scara_drake.common.motion import limit_motion
-from scara_drake.coupling.ends import Coupling
+from scara_drake.coupling.ends import Coupling, Exchange
 from scara_drake.coupling.layouts import PACKET
 from scara_drake.operator.hand import hand_target_at
 from scara_drake.operator.master import Master, move_device
@@ -25,14 +26,34 @@ PERIOD = 1e-3
 Delay = float | Callable[[float], float] | np.ndarray
 AXIS = 1
 # Columns of the result.
-T, X_M, F_M, X_S, F_ENV, E_IN_M, E_OUT_M, E_IN_S, E_OUT_S, RX_M, RX_S, X_HAND, F_APPLIED = range(13)
+(
+    T, X_M, F_M, X_S, F_ENV, E_IN_M, E_OUT_M, E_IN_S, E_OUT_S, RX_M, RX_S, X_HAND, F_APPLIED,
+    SENT_UP, SENT_DOWN,
+) = range(15)  # fmt: skip
+
+
+@njit
+def send(packet, bands, keep_alive, memory, coded):
+    """Code a packet; return whether it is sent. Without bands all are, as they are."""
+    coded[:] = packet
+    if bands.size == 0:
+        return True
+    transmit = np.zeros(1)
+    ask(packet, bands, keep_alive, 1, memory, transmit)
+    encode(packet, bands, memory, coded)
+    step_codec(packet, bands, keep_alive, 1, memory)
+    return transmit[0] > 0.5
 
 
 def run(
     master_kernel, slave_kernel, c_master, c_slave, mem_m, mem_s, sizes, waypoints, sweep, device,
-    arrive_up, arrive_down, wall, limiter, lag, e_up, e_down, result,
+    arrive_up, arrive_down, wall, limiter, lag, e_up, e_down, bands_up, bands_down, keep_alive,
+    codec_up, codec_down, result,
 ):  # fmt: skip
-    """Run; `arrive_*[k]` is the number of the packet that is on the receiver's port at tick k."""
+    """Run; `arrive_*[k]` is the number of the packet that is on the receiver's port at tick k.
+
+    One that the codec did not send never comes: what was on the port stays.
+    """
     steps = result.shape[0]
     n_up, n_down = sizes[0], sizes[1]
     ups, downs = np.zeros((steps + 1, n_up)), np.zeros((steps + 1, n_down))
@@ -45,6 +66,7 @@ def run(
     tool = np.zeros((steps + 1, 2))
     f_env, ms = np.zeros(3), np.zeros(6)
     up, down = np.zeros(n_up), np.zeros(n_down)
+    is_sent = np.ones((steps + 1, 2))
     for k in range(steps):
         t = k * 1e-3
         # plant and contact: the tool follows the limiter with a lag
@@ -54,8 +76,10 @@ def run(
         if d > 0.0:
             force = max(wall[1] * d - wall[2] * min(d / 1e-3, 1.0) * tool[i, 1], 0.0)
         # read what was before
-        up[:] = ups[arrive_up[k]]
-        down[:] = downs[arrive_down[k]]
+        if is_sent[arrive_up[k], 0] > 0.5:
+            up[:] = ups[arrive_up[k]]
+        if is_sent[arrive_down[k], 1] > 0.5:
+            down[:] = downs[arrive_down[k]]
         f_old = f.copy()
         motion_old = motion.copy()
         for j in range(3):
@@ -72,8 +96,8 @@ def run(
         move_device(device, f_old, nxt, motion, target, f_hand)
         master_kernel(motion_old, down, c_master, mem_m, sent_m, f, en_m)
         f_env[AXIS] = force
-        ups[k + 1] = sent_m
-        downs[k + 1] = sent_s
+        is_sent[k + 1, 0] = send(sent_m, bands_up, keep_alive, codec_up, ups[k + 1])
+        is_sent[k + 1, 1] = send(sent_s, bands_down, keep_alive, codec_down, downs[k + 1])
         result[k, 0] = t
         result[k, 1] = motion[AXIS]
         result[k, 2] = f[AXIS]
@@ -87,6 +111,7 @@ def run(
         result[k, 10] = up[e_up + AXIS] if e_up >= 0 else 0.0
         result[k, 11] = nxt[AXIS]
         result[k, 12] = f_old[AXIS]
+        result[k, 13], result[k, 14] = is_sent[k + 1]
 
 
 @cache
@@ -115,6 +140,7 @@ class Rig:
     bandwidth: float = 400.0
     lag: int = 3  # ticks from the limiter to the tool
     limit: float = np.inf
+    codec: DeadBand | None = None
 
     def run(
         self,
@@ -130,10 +156,13 @@ class Rig:
         `e_up`, `e_down` say where in the payloads the energies are, for the columns RX_S, RX_M.
         """
         steps = round(duration / PERIOD)
-        result = np.zeros((steps, 13))
+        result = np.zeros((steps, 15))
         master = coupling.make_master(PERIOD, self.limit).declaration
-        slave = coupling.make_slave(PERIOD, np.zeros(8), self.bandwidth).declaration
+        hold = 0.0 if self.codec is None else self.codec.keep_alive
+        slave = coupling.make_slave(PERIOD, np.zeros(8), self.bandwidth, hold).declaration
         exchange = coupling.exchange()
+        bands_up, keep_alive, codec_up = self._coded("up", exchange, exchange.up_size)
+        bands_down, keep_alive, codec_down = self._coded("down", exchange, exchange.down_size)
         arguments = [
             master.parameters["constants"],
             slave.parameters["constants"],
@@ -150,12 +179,25 @@ class Rig:
             self.lag,
             -1 if e_up is None else PACKET.size + e_up.start,
             -1 if e_down is None else PACKET.size + e_down.start,
+            bands_up,
+            bands_down,
+            keep_alive,
+            codec_up,
+            codec_down,
             result,
         ]
         kernels = kernel_type(master.update, 7), kernel_type(slave.update, 8)
         loop = compiled(void(*kernels, *map(typeof, arguments)))
         loop(master.update, slave.update, *arguments)
         return result
+
+    def _coded(self, direction: str, exchange: Exchange, size: int) -> tuple:
+        """Bands, keep-alive [ticks] and memory of a codec; no bands without one."""
+        if self.codec is None:
+            return np.zeros(0), 1.0, np.zeros(0)
+        is_ = Codec(self.codec, direction, exchange.felt(direction), size, PERIOD).declaration
+        memory = np.array(is_.memory["sent"].initial)
+        return is_.parameters["bands"], float(is_.parameters["keep_alive"]), memory
 
 
 def energy_left(result: np.ndarray) -> np.ndarray:

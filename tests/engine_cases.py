@@ -94,6 +94,17 @@ CASES: dict[str, tuple[str, Changes]] = {
             "task": None,
         },
     ),
+    # Encoders, and friction that sticks.
+    "device touch": ("bilateral", {**PRESS, "operator.device": "touch"}),
+    "device of one's own": (
+        "bilateral",
+        {
+            **PRESS,
+            "operator.friction": 0.5,
+            "operator.resolution": 1e-5,
+            "operator.workspace": 0.05,
+        },
+    ),
     "no surface": ("bilateral", {"environment.surfaces": "[]"}),
     "two surfaces": (
         "bilateral",
@@ -125,6 +136,15 @@ CASES: dict[str, tuple[str, Changes]] = {
             **COMES,
             "channel.up": JITTER.replace("send_period", "outages: [0.1, 0.2], send_period"),
             "channel.watch": "{age_limit: 0.02, afterwards: catch_up}",
+        },
+    ),
+    "buffers": (
+        "bilateral",
+        {
+            **LOSSY,
+            "coupling": "!WaveVariables {}",
+            "channel.up.playout": "{depth: 0.014}",
+            "channel.down.playout": "{kind: adaptive, percentile: 90.0, window: 50.0}",
         },
     ),
     "supervised, any delay": ("teleoperation", {**COMES, "supervision": "{}"}),
@@ -188,12 +208,14 @@ QUICK = [
     *_surfaces(),
     "cut pipe",
     "Tdpa, jitter with loss",
+    "device touch",
     "WaveVariables, constant delay",
     "controller Pid {}",
     "all that drives add",
     "governed stick",
     "delayed process",
     "command watch",
+    "buffers",
     "supervised, link lost",
     "logged each 1/3 s",
     "steps of 0.5 ms",

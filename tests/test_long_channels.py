@@ -24,7 +24,7 @@ from scara_drake.channel.signal_delay import SHORT, SignalDelay, store_ticks
 from scara_drake.common.block import Block
 
 H = 1e-3
-PORTS = ("signal_received", "delay", "age_of_information", "packet_counts")
+PORTS = ("signal_received", "delay", "age_of_information", "packet_counts", "playout")
 
 
 class Source(LeafSystem):

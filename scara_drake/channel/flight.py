@@ -1,114 +1,42 @@
 """Packets on their way, inside kernels.
 
 When a packet arrives is known when it is sent. So the memory is a calendar: a row a tick, and in it
-the packet that arrives there, the one sent last if there are several.
+the packet that is ready there, the one sent last if there are several. It is ready when it arrives,
+or when a playout buffer lets it go.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.channel.impairments import JITTER, LOSS, TICK, in_outage, is_lost, jitter_time
+from scara_drake.channel.impairments import TICK, in_outage, is_lost, jitter_time
 from scara_drake.channel.laws import delay_at
-from scara_drake.common.layout import REST, Cell, Layout
+from scara_drake.channel.layouts import (
+    PACKET,
+    SEED_PART,
+    Flight,
+    flight_of,
+    link_of,
+    packet_of,
+    playout_state_of,
+)
+from scara_drake.common.layout import Cell
 
 Array = NDArray[np.float64]
 
 ASKED = 0.5  # from here on the packet of a tick is sent
-
-
-class Link(NamedTuple):
-    """`Packets` in a kernel.
-
-    Attributes:
-        jitter: of `Jitter.parameters`.
-        loss: of `Loss.parameters`.
-        longest: travel of a packet that still arrives [s].
-        period: of the ticks [s].
-        stride: ticks in a send period.
-        ahead: ticks in the calendar at hand.
-        law_size: entries of the law.
-        law_and_outages: law of the delay, then the outages (2 n,) [s].
-    """
-
-    jitter: Array
-    loss: Array
-    longest: float
-    period: float
-    stride: float
-    ahead: float
-    law_size: float
-    law_and_outages: Array
-
-
-class Packet(NamedTuple):
-    """What a row has before the payload (n,).
-
-    Attributes:
-        ordinal: number of the packet + 1; 0 in an empty row.
-        sent: when it was sent [s].
-        arrival: [s].
-    """
-
-    ordinal: Cell
-    sent: Cell
-    arrival: Cell
-
-
-class Flight(NamedTuple):
-    """Memory of the link.
-
-    Attributes:
-        count: of the packets sent.
-        lost: how many of them never arrive.
-        in_use: number of the packet in use; -1 before the first.
-        bad: 1 while the link is bad.
-        stamp: when the packet in use was sent [s].
-        tick: the last one, t / period.
-        until: last tick of the calendar at hand; infinite without an archive.
-        waiting: packets that arrive later, and wait to be stored.
-        rows: calendar (ahead, size), that of tick k in row k mod ahead; then the waiting packets
-            (ahead, size), which are none without an archive.
-    """
-
-    count: Cell
-    lost: Cell
-    in_use: Cell
-    bad: Cell
-    stamp: Cell
-    tick: Cell
-    until: Cell
-    waiting: Cell
-    rows: Array
-
-
-LINK = Layout(Link, jitter=JITTER.size, loss=LOSS.size, law_and_outages=REST)
-PACKET = Layout(Packet, ordinal=(), sent=(), arrival=())
-FLIGHT = Layout(
-    Flight,
-    count=(),
-    lost=(),
-    in_use=(),
-    bad=(),
-    stamp=(),
-    tick=(),
-    until=(),
-    waiting=(),
-    rows=REST,
-)
-HEAD = PACKET.size
-link_of, packet_of, flight_of = LINK.reader(), PACKET.reader(), FLIGHT.reader()
+HEAD = PACKET.size  # of a row, before the payload
 
 
 @njit(cache=True)
-def travel_time(t: float, link: Array, seed: int, packet: int, bad: Cell) -> float:
+def travel_time(t: float, link: Array, packet: int, bad: Cell) -> float:
     """Time [s] that a packet takes which is sent at t [s], infinite if it never arrives."""
     p = link_of(link)
+    seed = int(p.seed[0]) * SEED_PART + int(p.seed[1])
     law, outages = p.law_and_outages[: int(p.law_size)], p.law_and_outages[int(p.law_size) :]
     lost = is_lost(p.loss, seed, packet, bad) or in_outage(outages, t)
     travel = max(delay_at(law, t) + jitter_time(p.jitter, seed, packet), 0.0)
@@ -127,23 +55,43 @@ def tick_of(arrival: float, period: float) -> int:
 
 
 @njit(cache=True)
-def send(t: float, signal_sent: Array, link: Array, seed: int, flight: Array) -> None:
-    """Send a packet at t [s]: into the calendar, or to those that wait."""
-    p, m = link_of(link), flight_of(flight)
-    packet, ahead = int(m.count[()]), int(p.ahead)
+def take_off(t: float, link: Array, m: Flight) -> float:
+    """Count a packet that is sent at t [s]; return when it arrives [s], infinite for never."""
+    packet = int(m.count[()])
     m.count[()] += 1.0
-    arrival = t + travel_time(t, link, seed, packet, m.bad)
+    arrival = t + travel_time(t, link, packet, m.bad)
     if np.isinf(arrival):
         m.lost[()] += 1.0
+    return arrival
+
+
+@njit(cache=True)
+def is_late(sent: float, ready: float, link: Array) -> bool:
+    """Whether a packet is ready [s] after the tick in which the buffer plays it."""
+    p = link_of(link)
+    return tick_of(ready, p.period) > tick_of(sent + p.depth, p.period)
+
+
+@njit(cache=True)
+def send(t: float, signal_sent: Array, link: Array, flight: Array) -> None:
+    """Send a packet at t [s]: into the calendar, or to those that wait."""
+    p, m = link_of(link), flight_of(flight)
+    ahead = int(p.ahead)
+    ready = max(take_off(t, link, m), t + p.depth)
+    if np.isinf(ready):
         return
+    if is_late(t, ready, link):
+        m.late[()] += 1.0
+        if p.use_late < ASKED:
+            return
     rows = m.rows.reshape((-1, HEAD + signal_sent.size))
-    due = tick_of(arrival, p.period)
+    due = tick_of(ready, p.period)
     at = due % ahead
     if due > m.until[()]:
         at = ahead + int(m.waiting[()]) % ahead
         m.waiting[()] += 1.0
     row = packet_of(rows[at])
-    row.ordinal[()], row.sent[()], row.arrival[()] = packet + 1, t, arrival
+    row.ordinal[()], row.sent[()], row.ready[()] = m.count[()], t, ready
     rows[at, HEAD:] = signal_sent
 
 
@@ -153,7 +101,6 @@ def step_packets(
     signal_sent: Array,
     transmit: Array,
     link: Array,
-    seed: int,
     flight: Array,
     signal_received: Array,
     delay: Array,
@@ -166,7 +113,6 @@ def step_packets(
         signal_sent: (n,).
         transmit: (1,), whether this tick's packet is sent, above one half.
         link: see `Link`.
-        seed: of jitter and loss.
         flight: memory, see `Flight`.
         signal_received: (n,).
         delay: (1,), of the packet in use [s].
@@ -178,14 +124,16 @@ def step_packets(
     if tick > m.until[()]:  # nothing was stored before
         m.until[()] = tick + ahead - 1
     if tick % int(p.stride) == 0 and transmit[0] > ASKED:
-        send(t, signal_sent, link, seed, flight)
+        send(t, signal_sent, link, flight)
     row = m.rows.reshape((-1, HEAD + signal_sent.size))[tick % ahead]
     arrived = packet_of(row)
     packet = int(arrived.ordinal[()]) - 1
     arrived.ordinal[()] = 0.0
     if packet > int(m.in_use[()]):
         m.in_use[()], m.stamp[()] = packet, arrived.sent[()]
-        delay[:] = arrived.arrival[()] - m.stamp[()]
+        delay[:] = arrived.ready[()] - m.stamp[()]
+        if is_late(arrived.sent.item(), arrived.ready.item(), link):
+            m.used[()] += 1.0
         signal_received[:] = row[HEAD:]
     age_of_information[:] = t - m.stamp[()]
 
@@ -205,7 +153,7 @@ def store_packets(link: Array, size: int, flight: Array, archived: Array) -> Non
     ticks, last = calendar.shape[0], int(m.tick[()])
     for index in range(min(int(m.waiting[()]), ahead)):
         row = rows[ahead + index]
-        calendar[tick_of(packet_of(row).arrival[()], p.period) % ticks] = row
+        calendar[tick_of(packet_of(row).ready[()], p.period) % ticks] = row
     m.waiting[()] = 0.0
     for tick in range(last + 1, last + ahead + 1):
         stored, at_hand = packet_of(calendar[tick % ticks]), packet_of(rows[tick % ahead])
@@ -221,3 +169,12 @@ def show_counts(flight: Array, packet_counts: Array) -> None:
     """Write how many packets were sent, and how many of them never arrive (2,)."""
     m = flight_of(flight)
     packet_counts[0], packet_counts[1] = m.count[()], m.lost[()]
+
+
+@njit(cache=True)
+def show_playout(period: float, flight: Array, playout: Array) -> None:
+    """Write `PlayoutState` of the buffer (4,)."""
+    m, shown = flight_of(flight), playout_state_of(playout)
+    shown.late[()], shown.used[()] = m.late[()], m.used[()]
+    shown.skipped[()] = m.skipped[()]
+    shown.depth[()] = m.depth[()] * period

@@ -6,16 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.channel.adaptive import empty_buffer, step_adaptive
 from scara_drake.channel.delays import LONGEST, ConstantDelay, DelayLaw
-from scara_drake.channel.flight import (
-    FLIGHT,
-    LINK,
-    PACKET,
-    show_counts,
-    step_packets,
-    store_packets,
-)
+from scara_drake.channel.flight import show_counts, show_playout, step_packets, store_packets
 from scara_drake.channel.impairments import TICK, Jitter, Loss
+from scara_drake.channel.layouts import FLIGHT, LINK, PACKET, PLAYOUT_STATE, SEED_PART
+from scara_drake.channel.playout import Playout
 from scara_drake.channel.signal_delay import check_signal, store_ticks
 from scara_drake.common import fields
 from scara_drake.common.block import Block, Declaration, Input, Memory, Output
@@ -38,6 +34,7 @@ class Packets:
         outages: pairs in a row in which nothing is sent: start, end, start, ...
         send_period: from packet to packet, a multiple of the time step.
         longest: travel of a packet; it bounds the memory.
+        playout: buffer at its end; without one a packet is used when it arrives.
     """
 
     delay: DelayLaw = field(default_factory=ConstantDelay)
@@ -46,6 +43,7 @@ class Packets:
     outages: list[float] = vector([], "s", 0.0, size=None)
     send_period: float = number(1e-3, "s", 1e-4, 1.0)
     longest: float = number(2.5, "s", 0.0, LONGEST)
+    playout: Playout | None = None
 
     def check_together(self, name: str) -> None:
         """Check that the delay fits into `longest`, and that the outages are some.
@@ -76,25 +74,32 @@ class Packets:
             )
 
     def maximum(self) -> float:
-        """Longest time that a packet takes [s]."""
-        return self.longest
+        """Longest time from the sending of a packet to its use [s]."""
+        return self.longest if self.playout is None else max(self.longest, self.buffer().depth)
 
-    def make_system(self, initial: ArrayLike, period: float, seed: int) -> "PacketChannel":
-        """Return the link for a signal that starts from `initial` (n,)."""
-        return PacketChannel(self, initial, period, seed)
+    def make_system(
+        self, initial: ArrayLike, period: float, seed: int, selective: bool = False
+    ) -> "PacketChannel":
+        """Return the link for a signal that starts from `initial` (n,), see `PacketChannel`."""
+        return PacketChannel(self, initial, period, seed, selective)
+
+    def buffer(self) -> Playout:
+        """Return the playout; where there is none, one that plays each packet as it arrives."""
+        return self.playout or Playout()
 
     def ticks(self, period: float) -> int:
-        """Return within how many ticks of `period` [s] every packet arrives, and one more."""
-        return math.ceil(self.longest / period) + 2
+        """Return within how many ticks of `period` [s] every packet is used, and one more."""
+        return math.ceil(self.maximum() / period) + 2
 
-    def parameters(self, period: float, ahead: int) -> Array:
+    def parameters(self, period: float, seed: int, ahead: int) -> Array:
         """Return the link as kernels take it.
 
         Args:
             period: of the ticks [s].
-            ahead: ticks whose arrivals the channel has at hand.
+            seed: of jitter and loss.
+            ahead: ticks of the calendar that the channel has at hand.
         """
-        law = self.delay.parameters()
+        law, playout = self.delay.parameters(), self.buffer()
         return LINK.pack(
             jitter=self.jitter.parameters(),
             loss=self.loss.parameters(),
@@ -102,6 +107,10 @@ class Packets:
             period=period,
             stride=round(self.send_period / period),
             ahead=ahead,
+            depth=playout.depth,
+            use_late=playout.uses_late,
+            seed=divmod(seed, SEED_PART),
+            adapt=playout.parameters(self.longest, period),
             law_size=law.size,
             law_and_outages=[*law, *self.outages],
         )
@@ -115,23 +124,27 @@ class PacketChannel(Block):
         input transmit (1): whether the packet of this tick is sent, above one half; only of a
             selective channel, others send each.
         output signal_received (n).
-        output delay (1) [s]: travel time of the packet in use, 0 before the first.
+        output delay (1) [s]: from the sending of the packet in use until it was ready: its travel,
+            and its wait in the buffer; 0 before the first.
         output age_of_information (1) [s]: since the packet in use was sent, or since the start
             before the first.
         output packet_counts (2): of the memory: how many were sent, and how many of them never
             arrive.
+        output playout (4): of a link with a buffer, see `layouts.PlayoutState`.
 
     Update, at t = k period: every `send_period` a packet with the signal is sent, if `transmit`
     says so; it arrives after delay(t) + jitter, unless it is lost, sent in an outage, or slower
     than `longest`. Then signal_received becomes that of the packet sent last among those that have
     arrived: one that was overtaken is dropped, so the received signal never runs backwards, and
-    while nothing arrives it holds.
+    while nothing arrives it holds. With a buffer a packet is ready when that lets it go, see
+    `Playout`, and what is said of arrivals is true of that.
     Initial: signal_received = initial, all others 0.
 
     The ports change right after t, as those of `SignalDelay`, which a constant delay of whole
     periods equals bit for bit. Jitter and loss depend on the seed and the count of packets only.
     The memory has a row for each tick until `longest`. Where these are many, those of the next few
-    ticks are at hand and the others are an archive, so that they are not copied at each tick.
+    ticks are at hand and the others are an archive, so that they are not copied at each tick. A
+    buffer of adaptive depth has no archive, but keeps no more than its deepest holds.
 
     Args:
         packets: a checked link.
@@ -156,13 +169,28 @@ class PacketChannel(Block):
         fields.check(packets, "packets")
         first = check_signal(initial, period)
         fields.check_sampling(packets, "packets", period)
-        ticks, size = packets.ticks(period), PACKET.size + first.size
-        every = store_ticks(ticks, size)
+        playout, size = packets.buffer(), PACKET.size + first.size
+        ticks = packets.ticks(period)
+        every = 0 if playout.adaptive else store_ticks(ticks, size)
         # A tick more than the store waits: it comes before a tick or after it, by a rounding.
         ahead = every + 1 if every else ticks
-        here = np.zeros((2 if every else 1) * ahead * size)
-        until = -1.0 if every else np.inf
-        flight = FLIGHT.zeros(in_use=-1.0, tick=-1.0, until=until, rows=here)
+        link = packets.parameters(period, seed, ahead)
+        calendar = np.zeros((2 if every else 1) * ahead * size)
+        depth = playout.depth / period
+        if playout.adaptive:
+            depth, calendar = math.ceil(depth - TICK), empty_buffer(LINK.unpack(link).adapt, size)
+        flight = FLIGHT.zeros(
+            in_use=-1.0,
+            tick=-1.0,
+            until=-1.0 if every else np.inf,
+            depth=depth,
+            wanted=depth,
+            horizon=-1.0 - depth,
+            rows=calendar,
+        )
+        outputs = {"packet_counts": Output(2, show_counts)}
+        if packets.playout is not None:
+            outputs["playout"] = Output(PLAYOUT_STATE.size, show_playout)
         transmit = {"transmit": Input(1)} if selective else {}
         super().__init__(
             Declaration(
@@ -173,15 +201,11 @@ class PacketChannel(Block):
                     "age_of_information": Memory(1, port=True),
                     "flight": Memory(flight),
                 },
-                outputs={"packet_counts": Output(2, show_counts)},
-                parameters={
-                    "link": packets.parameters(period, ahead),
-                    "seed": seed,
-                    "size": size,
-                }
+                outputs=outputs,
+                parameters={"link": link, "period": period, "size": size}
                 | ({} if selective else {"transmit": np.ones(1)}),
                 period=period,
-                update=step_packets,
+                update=step_adaptive if playout.adaptive else step_packets,
                 archive={"archived": Memory(ticks * size)} if every else {},
                 store=store_packets if every else None,
                 store_ticks=every,

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
+from scara_drake.cli.attack_arguments import add_attack
 from scara_drake.cli.device_arguments import add_devices
 from scara_drake.cli.reproduce_arguments import add_reproduce
 from scara_drake.cli.study_arguments import add_scenario, add_sweep, add_tune
@@ -64,6 +65,7 @@ def make_parser() -> argparse.ArgumentParser:
         _add_ik,
         add_tune,
         add_sweep,
+        add_attack,
         _add_replay,
         _add_recover,
         _add_compare,

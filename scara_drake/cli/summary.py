@@ -118,6 +118,11 @@ def _links(recording: xr.Dataset) -> Iterator[Row]:
         found = metrics.traffic(recording, link)
         if found is not None:
             yield f"packets {link}, lost of sent", f"{found.lost} of {found.sent}", ""
+            if f"playout_depth_{link}" in recording:
+                told = f"{found.late} late, {found.late_used} of them used"
+                skipped = f"; {found.skipped} skipped" if found.skipped else ""
+                depth = 1e3 * float(recording[f"playout_depth_{link}"].max())
+                yield f"packets {link}, in the buffer", told + skipped, f"{depth:.0f} ms deep"
             yield f"longest gap {link}", "", f"{1e3 * found.longest_gap:.0f} ms"
 
 

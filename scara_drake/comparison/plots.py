@@ -21,9 +21,12 @@ from scara_drake.metrics.curves import (
     CONTACT_FORCE,
     EFFORTS,
     FELT_FORCES,
+    FORCE_JNDS,
+    FORCE_OFFSETS,
     JOINT_ERRORS,
     SLIDING_VARIABLES,
     TOOL_ERROR,
+    TOOL_OFFSETS,
     Curve,
 )
 
@@ -44,7 +47,9 @@ class Panel(NamedTuple):
 PANELS: Final = (
     Panel("Does the tool follow the command?", COMMAND_ERRORS),
     Panel("How hard does it press, and what is felt of it?", (CONTACT_FORCE, *FELT_FORCES)),
+    Panel("Would the hand notice that the force is wrong?", (FORCE_JNDS,)),
     Panel("How old is what comes over the channel?", AGES),
+    Panel("How late, and how wrong, is what is shown?", (*TOOL_OFFSETS, *FORCE_OFFSETS)),
     Panel("Does the tool follow its reference?", (TOOL_ERROR,)),
     Panel("Do the joints follow theirs?", JOINT_ERRORS),
     Panel("Do they stay on the sliding surface?", SLIDING_VARIABLES),

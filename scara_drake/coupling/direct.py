@@ -93,7 +93,15 @@ class Direct(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
-        return Exchange(UP, DOWN, direct_master, direct_slave, slave_memory=SLAVE_MEMORY)
+        return Exchange(
+            UP,
+            DOWN,
+            direct_master,
+            direct_slave,
+            slave_memory=SLAVE_MEMORY,
+            felt_up=((UP.slices["x"], "place"),),
+            felt_down=((DOWN.slices["f"], "force"),),
+        )
 
     def parameters(self, period: float) -> Array:
         """None."""

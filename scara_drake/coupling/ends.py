@@ -7,10 +7,12 @@ and its two laws. The blocks, their ports and what all laws share are the same f
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.channel.codec import Felt
 from scara_drake.common.block import Block, Declaration, Input, Kernel, Memory
 from scara_drake.common.fields import check, number
 from scara_drake.common.layout import Layout
@@ -41,6 +43,12 @@ class Exchange:
             ``tool_command`` and ``energy_slave``.
         master_memory: what the law at the master remembers; None for nothing.
         slave_memory: what the law at the slave remembers; None for nothing.
+        uses_late: whether a packet is of use that comes after its time to be played, see
+            `Playout`. A position that is late is still newer than the last; a wave is not asked
+            for then.
+        felt_up: which entries of the payload to the slave are perceived together, and as what, a
+            name of `channel.codec.QUANTITIES`; without any, no codec can tell what to send.
+        felt_down: the same of the payload to the master.
     """
 
     up: Layout
@@ -49,6 +57,18 @@ class Exchange:
     slave: Kernel
     master_memory: Layout | None = None
     slave_memory: Layout | None = None
+    uses_late: bool = True
+    felt_up: tuple[Felt, ...] = ()
+    felt_down: tuple[Felt, ...] = ()
+
+    def felt(self, direction: str) -> tuple[Felt, ...]:
+        """What is perceived of a packet "up" or "down", by its entries."""
+        felt = {"up": self.felt_up, "down": self.felt_down}[direction]
+        head = PACKET.size
+        return tuple(
+            (slice(head + entries.start, head + entries.stop, entries.step), quantity)
+            for entries, quantity in felt
+        )
 
     @property
     def up_size(self) -> int:
@@ -97,6 +117,28 @@ class Coupling:
         """Energy [J] that an axis may give out beside what came in, in the master's units."""
         return 0.0
 
+    def within(self, stiffness: float, damping: float) -> Self:
+        """Return what is left of the coupling on a device that renders no more than these.
+
+        A force that comes from the robot is not changed by what the device renders; only a kind
+        that makes its force at the device has something to cut.
+
+        Args:
+            stiffness: largest that the device renders [N/m].
+            damping: the same [N s/m].
+        """
+        return self
+
+    def asked_stiffness(self, surface: float) -> float:
+        """Return the stiffness [N/m] that a device is asked for where a surface [N/m] is touched.
+
+        That of the surface, and of the coupling's spring before it where it has one.
+        """
+        spring = getattr(self, "stiffness", None)
+        if spring is None or surface == 0.0:
+            return self.impedance_scale * surface
+        return self.impedance_scale * surface * spring / (surface + spring)
+
     @abstractmethod
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
@@ -110,7 +152,11 @@ class Coupling:
         return MasterEnd(self, period, actuator_limit)
 
     def make_slave(
-        self, period: float, first_command: ArrayLike, bandwidth: float = 30.0
+        self,
+        period: float,
+        first_command: ArrayLike,
+        bandwidth: float = 30.0,
+        hold: float = 0.0,
     ) -> "SlaveEnd":
         """Return the end at the slave.
 
@@ -118,8 +164,10 @@ class Coupling:
             period: [s].
             first_command: tool command (8,) of the master's centre.
             bandwidth: of the limiter that follows the commands [1/s], see `motion.limit_motion`.
+            hold: silence up to which what was received last is still the same, as a codec says
+                [s]; 0 where every packet is sent.
         """
-        return SlaveEnd(self, period, first_command, bandwidth)
+        return SlaveEnd(self, period, first_command, bandwidth, hold)
 
 
 class MasterEnd(Block):
@@ -191,13 +239,19 @@ class SlaveEnd(Block):
         period: [s].
         first_command: (8,).
         bandwidth: of the limiter that follows the commands [1/s].
+        hold: silence up to which what was received last stands [s].
 
     Raises:
         ValueError: a field of the coupling is out of its bounds.
     """
 
     def __init__(
-        self, coupling: Coupling, period: float, first_command: ArrayLike, bandwidth: float
+        self,
+        coupling: Coupling,
+        period: float,
+        first_command: ArrayLike,
+        bandwidth: float,
+        hold: float = 0.0,
     ) -> None:
         check(coupling, "coupling")
         kind = coupling.exchange()
@@ -206,6 +260,7 @@ class SlaveEnd(Block):
         constants = SLAVE_CONSTANTS.pack(
             period=period,
             bandwidth=bandwidth,
+            hold=hold,
             mass=scale * coupling.virtual_mass,
             grip=scale * coupling.contact_damping,
             firm=coupling.force_scale * FIRM,

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scara_drake.coupling.layouts import (
     MasterMemory,
     SlaveConstants,
+    held_of,
     master_constants_of,
     master_memory_of,
     meters_of,
@@ -272,10 +273,19 @@ def admit(axis: int, f: float, s: SlaveTick, tool_command: Array) -> None:
 
 
 @njit(cache=True)
-def hold_velocity(progress: float, v: Array, fade: float, held: Array) -> None:
-    """Keep a received velocity (3,) in `held`; it fades while nothing arrives."""
-    for i in range(3):
-        if progress > 0.0:
-            held[i] = v[i]
-        else:
-            held[i] *= fade
+def hold_velocity(s: SlaveTick, v: Array, fade: float, memory: Array) -> float:
+    """Keep a received velocity (3,), see `Held`; return the time [s] for which it has stood.
+
+    Where every packet is sent it fades while nothing arrives, and that time is zero. Where silence
+    says that it is still the same, it stands for `hold` before it fades, and the position received
+    with it is taken to have gone on by so much of it.
+    """
+    held = held_of(memory)
+    held.silent[()] += 1.0
+    if s.progress > 0.0:
+        held.silent[()] = 0.0
+        held.v[:] = v
+    elif (held.silent[()] - 0.5) * s.period > s.end.hold:  # whole ticks, whatever the rounding
+        for i in range(held.v.size):
+            held.v[i] *= fade
+    return min(held.silent[()] * s.period, s.end.hold)

@@ -58,6 +58,8 @@ class SlaveConstants(NamedTuple):
     Attributes:
         period: [s].
         bandwidth: of the limiter that follows the commands [1/s].
+        hold: silence up to which the newest packet stands, as one that says the same is not sent
+            [s]; 0 where every packet is sent.
         mass: of the virtual tool [kg].
         grip: damping of that mass to the ground in firm contact [N s/m].
         firm: force from which contact is firm [N].
@@ -69,6 +71,7 @@ class SlaveConstants(NamedTuple):
 
     period: float
     bandwidth: float
+    hold: float
     mass: float
     grip: float
     firm: float
@@ -92,12 +95,25 @@ class MasterMemory(NamedTuple):
     rest: Array
 
 
+class Held(NamedTuple):
+    """A received velocity that is held.
+
+    Attributes:
+        v: (3,) [m/s].
+        silent: ticks since it arrived.
+    """
+
+    v: Array
+    silent: Cell
+
+
 PACKET = Layout(Packet, number=(), payload=REST)
 MOTION = Layout(Motion, x=3, v=3)
 METERS = Layout(Meters, e_in=3, e_out=3)
 MASTER_CONSTANTS = Layout(MasterConstants, gains=REST)
 SLAVE_CONSTANTS = Layout(SlaveConstants, p_first=3, gains=REST)
+HELD = Layout(Held, v=3, silent=())
 MASTER_MEMORY = Layout(MasterMemory, x=3, f=3, rest=REST)
 packet_of, motion_of, meters_of = PACKET.reader(), MOTION.reader(), METERS.reader()
 master_constants_of, slave_constants_of = MASTER_CONSTANTS.reader(), SLAVE_CONSTANTS.reader()
-master_memory_of = MASTER_MEMORY.reader()
+master_memory_of, held_of = MASTER_MEMORY.reader(), HELD.reader()

@@ -14,8 +14,8 @@ moves freely and shows nothing.
 """
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from numba import njit
@@ -25,6 +25,7 @@ from scara_drake.common.fields import number
 from scara_drake.common.layout import Layout
 from scara_drake.coupling.ends import Coupling, Exchange
 from scara_drake.coupling.kernels import admit, hold_velocity, master_tick, meter, slave_tick
+from scara_drake.coupling.layouts import HELD, held_of
 from scara_drake.coupling.surface_model import FIT, MODEL, fit_surface, read_surface, render
 
 Array = NDArray[np.float64]
@@ -46,6 +47,7 @@ class Gains(NamedTuple):
     forgetting: float
     touch_force: float
     max_stiffness: float
+    max_damping: float
     power: float
 
 
@@ -75,20 +77,20 @@ class SlaveMemory(NamedTuple):
     Attributes:
         x_d: followed position (3,) [m].
         f: force of the spring and the damper at the last tick (3,) [N].
-        v_held: received velocity (3,) [m/s].
+        held: received velocity, see `Held`.
         fits: a `Fit` of each axis (3, 14).
     """
 
     x_d: Array
     f: Array
-    v_held: Array
+    held: Array
     fits: Array
 
 
 GAINS = Layout(Gains)
 UP, DOWN = Layout(Up, x=3, v=3, f=3), Layout(Down, models=(3, MODEL.size))
 MASTER_MEMORY = Layout(MasterMemory, rendered=3)
-SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, v_held=3, fits=(3, FIT.size))
+SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, held=HELD.size, fits=(3, FIT.size))
 gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
 master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader()
 
@@ -112,7 +114,14 @@ def model_master(
     models, sent = down_of(s.newest).models, up_of(s.sent)
     for i in range(3):
         f_master[i], m.rendered[i] = render(
-            models[i], s.x[i], s.v[i], m.rendered[i], s.period, p.max_stiffness, p.power
+            models[i],
+            s.x[i],
+            s.v[i],
+            m.rendered[i],
+            s.period,
+            p.max_stiffness,
+            p.power,
+            p.max_damping,
         )
         sent.x[i] = s.x[i]
         sent.v[i] = s.v[i]
@@ -148,9 +157,10 @@ def model_slave(
     )
     p, m = gains_of(s.gains), slave_memory_of(s.memory)
     newest, models = up_of(s.newest), down_of(s.sent).models
-    hold_velocity(s.progress, newest.v, p.fade, m.v_held)
+    ahead = hold_velocity(s, newest.v, p.fade, m.held)
+    v_held = held_of(m.held).v
     for i in range(3):
-        v = m.v_held[i] + p.drift_gain * (newest.x[i] - m.x_d[i])
+        v = v_held[i] + p.drift_gain * (newest.x[i] + ahead * newest.v[i] - m.x_d[i])
         v = min(max(v, -p.max_speed), p.max_speed)
         meter(energy_slave, i, -m.f[i] * v * s.period)
         m.x_d[i] += v * s.period
@@ -177,7 +187,8 @@ class ModelMediated(Coupling):
         fade_time: time constant of the received velocity while nothing arrives.
         forgetting: lambda of the least squares, each sample.
         touch_force: at the tool, above which there is contact.
-        max_stiffness: that the master renders at most.
+        max_stiffness: that the master renders at most; less where its device cannot.
+        max_damping: the same of the damping.
         power: at which a model may store energy under the hand.
     """
 
@@ -189,11 +200,38 @@ class ModelMediated(Coupling):
     forgetting: float = number(0.995, "1", 0.9, 1.0)
     touch_force: float = number(0.5, "N", 1e-3, 1e3)
     max_stiffness: float = number(1e4, "N/m", 1.0, 1e5)
+    max_damping: float = number(1e5, "N s/m", 0.0, 1e5)
     power: float = number(0.1, "W", 0.0, 1e3)
+
+    def within(self, stiffness: float, damping: float) -> Self:
+        """The coupling whose rendered model is cut to these limits [N/m, N s/m]."""
+        return replace(
+            self,
+            max_stiffness=min(self.max_stiffness, stiffness),
+            max_damping=min(self.max_damping, damping),
+        )
+
+    def asked_stiffness(self, surface: float) -> float:
+        """Stiffness [N/m] of the rendered model of a surface [N/m]."""
+        return min(self.impedance_scale * surface, self.max_stiffness)
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
-        return Exchange(UP, DOWN, model_master, model_slave, MASTER_MEMORY, SLAVE_MEMORY)
+        of_model = {"stiffness": "stiffness", "damping": "damping", "x": "place", "side": "side"}
+        models = DOWN.slices["models"]
+        return Exchange(
+            UP,
+            DOWN,
+            model_master,
+            model_slave,
+            MASTER_MEMORY,
+            SLAVE_MEMORY,
+            felt_up=((UP.slices["v"], "speed"), (UP.slices["f"], "force")),
+            felt_down=tuple(
+                (slice(models.start + MODEL.slices[name].start, models.stop, MODEL.size), quantity)
+                for name, quantity in of_model.items()
+            ),
+        )
 
     def parameters(self, period: float) -> Array:
         """The gains in the master's units."""
@@ -207,5 +245,6 @@ class ModelMediated(Coupling):
             forgetting=self.forgetting,
             touch_force=self.force_scale * self.touch_force,
             max_stiffness=self.max_stiffness,
+            max_damping=self.max_damping,
             power=self.power,
         )

@@ -139,8 +139,15 @@ class PositionDamping(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
+        place = ((POSITION.slices["x"], "place"),)
         return Exchange(
-            POSITION, POSITION, position_master, position_slave, slave_memory=SLAVE_MEMORY
+            POSITION,
+            POSITION,
+            position_master,
+            position_slave,
+            slave_memory=SLAVE_MEMORY,
+            felt_up=place,
+            felt_down=place,
         )
 
     def parameters(self, period: float) -> Array:

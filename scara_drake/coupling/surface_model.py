@@ -115,13 +115,21 @@ def read_surface(fit: Array, f: float, model: Array) -> None:
 
 @njit(cache=True)
 def render(
-    model: Array, x: float, v: float, rest: float, period: float, largest: float, power: float
+    model: Array,
+    x: float,
+    v: float,
+    rest: float,
+    period: float,
+    largest: float,
+    power: float,
+    most_damping: float = math.inf,
 ) -> tuple[float, float]:
     """Return the force [N] of a model (4,) and the rest position [m] from which it is rendered.
 
     The rest position is that of the model, or nearer to the hand where its spring would otherwise
-    hold more energy than before plus `power` times the period. The damping is at least what a
-    spring needs that is sampled, and shown one to two periods late (Colgate).
+    hold more energy than before plus `power` times the period. Stiffness and damping are bounded,
+    by `largest` and `most_damping`, but the damping is at least what a spring needs that is
+    sampled, and shown one to two periods late (Colgate).
     """
     m = model_of(model)
     side, surface = m.side[()], m.x[()]
@@ -133,5 +141,5 @@ def render(
     if depth <= 0.0:
         return 0.0, surface
     depth = min(depth, math.sqrt(held * held + 2.0 * power * period / stiffness))
-    damping = max(m.damping[()], 2.5 * period * stiffness)
+    damping = max(min(m.damping[()], most_damping), 2.5 * period * stiffness)
     return side * max(stiffness * depth + damping * side * v, 0.0), x - side * depth

@@ -48,7 +48,7 @@ from scara_drake.coupling.kernels import (
     meter,
     slave_tick,
 )
-from scara_drake.coupling.layouts import meters_of
+from scara_drake.coupling.layouts import HELD, held_of, meters_of
 
 Array = NDArray[np.float64]
 
@@ -92,16 +92,16 @@ class SlaveMemory(NamedTuple):
     Attributes:
         x_d: desired position x_sd (3,) [m].
         f: force of the spring and the damper at the last tick (3,) [N].
-        v_held: received velocity (3,) [m/s].
+        held: received velocity, see `Held`.
     """
 
     x_d: Array
     f: Array
-    v_held: Array
+    held: Array
 
 
 GAINS, UP, DOWN = Layout(Gains), Layout(Up, x=3, v=3, e_in=3), Layout(Down, f=3, e_in=3)
-SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, v_held=3)
+SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, f=3, held=HELD.size)
 gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
 slave_memory_of = SLAVE_MEMORY.reader()
 
@@ -159,9 +159,10 @@ def tdpa_slave(
     )
     p, m = gains_of(s.gains), slave_memory_of(s.memory)
     newest, sent, energy = up_of(s.newest), down_of(s.sent), meters_of(energy_slave)
-    hold_velocity(s.progress, newest.v, p.fade, m.v_held)
+    ahead = hold_velocity(s, newest.v, p.fade, m.held)
+    v_held = held_of(m.held).v
     for i in range(3):
-        v = m.v_held[i] + p.drift_gain * (newest.x[i] - m.x_d[i])
+        v = v_held[i] + p.drift_gain * (newest.x[i] + ahead * newest.v[i] - m.x_d[i])
         v = min(max(v, -p.max_speed), p.max_speed)
         power = m.f[i] * v
         if power > 0.0:
@@ -214,7 +215,15 @@ class Tdpa(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
-        return Exchange(UP, DOWN, tdpa_master, tdpa_slave, slave_memory=SLAVE_MEMORY)
+        return Exchange(
+            UP,
+            DOWN,
+            tdpa_master,
+            tdpa_slave,
+            slave_memory=SLAVE_MEMORY,
+            felt_up=((UP.slices["v"], "speed"),),
+            felt_down=((DOWN.slices["f"], "force"),),
+        )
 
     def parameters(self, period: float) -> Array:
         """The gains in the master's units."""

@@ -13,6 +13,15 @@ and plays what it receives with no more energy than has arrived. Where the delay
 found without knowing the delay; it also covers loss and reordering. What is left over, where
 packets were skipped, pays for a position term that takes away the drift.
 
+With `integrals` each end also sends the integral of its waves (Niemeyer and Slotine 2004). Where
+that differs from what was played, waves were skipped or repeated; the receiver makes up for it,
+
+.. math::
+
+    u \leftarrow u + \frac{1}{T} \left(\int u \, dt - \int u_{\text{played}} \, dt\right)
+
+with no more energy than has arrived either.
+
 The wave to the slave is made of the way that the device has made and the force that it had over it,
 both of the tick that is over, so it carries the true work of the hand. What a force can give out
 before it is replaced is limited as in `tdpa`, for a hand that changes the device's velocity by no
@@ -36,7 +45,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common.fields import number
-from scara_drake.common.layout import Layout
+from scara_drake.common.layout import REST, Layout
 from scara_drake.coupling.ends import Coupling, Exchange
 from scara_drake.coupling.kernels import (
     admit,
@@ -61,27 +70,34 @@ class Gains(NamedTuple):
     max_speed: float
     reserve: float
     turn: float
+    integral_rate: float
 
 
 class Up(NamedTuple):
-    """Payload to the slave: wave [sqrt(W)], energy of all waves [J], position [m], each (3,)."""
+    """Payload to the slave, each (3,): wave [sqrt(W)], energy of all waves [J], position [m].
+
+    The integral of the waves [sqrt(W) s] comes last, as only a coupling with `integrals` sends it.
+    """
 
     wave: Array
     energy: Array
     x: Array
+    integral: Array
 
 
 class Down(NamedTuple):
-    """Payload to the master: wave [sqrt(W)] and energy of all waves [J], each (3,)."""
+    """Payload to the master, each (3,): wave [sqrt(W)], energy of all waves [J], integral."""
 
     wave: Array
     energy: Array
+    integral: Array
 
 
 class MasterMemory(NamedTuple):
-    """Energy of the waves that were played at the master (3,) [J]."""
+    """What was played at the master: energy [J] and integral [sqrt(W) s] of the waves, (3,)."""
 
     played: Array
+    integral: Array
 
 
 class SlaveMemory(NamedTuple):
@@ -90,14 +106,21 @@ class SlaveMemory(NamedTuple):
     Attributes:
         x_d: desired position x_sd (3,) [m].
         played: energy of the waves that were played (3,) [J].
+        integral: of these waves (3,) [sqrt(W) s].
     """
 
     x_d: Array
     played: Array
+    integral: Array
 
 
-GAINS, UP, DOWN = Layout(Gains), Layout(Up, wave=3, energy=3, x=3), Layout(Down, wave=3, energy=3)
-MASTER_MEMORY, SLAVE_MEMORY = Layout(MasterMemory, played=3), Layout(SlaveMemory, x_d=3, played=3)
+GAINS = Layout(Gains)
+UP = Layout(Up, wave=3, energy=3, x=3, integral=REST)
+DOWN = Layout(Down, wave=3, energy=3, integral=REST)
+UP_WITH_INTEGRAL = Layout(Up, wave=3, energy=3, x=3, integral=3)
+DOWN_WITH_INTEGRAL = Layout(Down, wave=3, energy=3, integral=3)
+MASTER_MEMORY = Layout(MasterMemory, played=3, integral=3)
+SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, played=3, integral=3)
 gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
 master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader()
 
@@ -109,6 +132,27 @@ def affordable(wave: float, arrived: float, played: float, period: float) -> flo
     if 0.5 * wave * wave * period > left:
         return math.copysign(math.sqrt(2.0 * left / period), wave)
     return wave
+
+
+@njit(cache=True)
+def make_up(missing: float, p: Gains) -> float:
+    """Return the wave that makes up for what is missing in the integral [sqrt(W) s], bounded."""
+    most = math.sqrt(0.5 * p.impedance) * p.max_speed
+    return min(max(p.integral_rate * missing, -most), most)
+
+
+@njit(cache=True)
+def corrected(wave: float, correction: float, left: float, share: float, period: float) -> float:
+    """Return the wave with a correction, as far as a share of the energy pays that it leaves [J].
+
+    The rest stays for the ticks in which nothing comes: a wave that is too large now and zero then
+    takes more energy than it moves.
+    """
+    left = share * max(left - 0.5 * wave * wave * period, 0.0)
+    wanted = wave + correction
+    if 0.5 * (wanted * wanted - wave * wave) * period > left:
+        return math.copysign(math.sqrt(wave * wave + 2.0 * left / period), wanted)
+    return wanted
 
 
 @njit(cache=True)
@@ -136,8 +180,15 @@ def wave_master(
         u = affordable(u, left, committed(i, p.turn, s), period)
         sent.wave[i] = u
         sent.energy[i] += 0.5 * u * u * period
-        w = affordable(newest.wave[i], newest.energy[i], m.played[i], period)
+        w = newest.wave[i]
+        if p.integral_rate > 0.0:
+            sent.integral[i] += u * period
+            missing = newest.integral[i] - m.integral[i] - w * period
+            left_w = newest.energy[i] - m.played[i]
+            w = corrected(w, make_up(missing, p), left_w, p.integral_rate * period, period)
+        w = affordable(w, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * w * w * period
+        m.integral[i] += w * period
         left += 0.5 * (w * w - u * u) * period
         f_master[i] = affordable_force(b * s.v[i] - math.sqrt(2.0 * b) * w, i, left, p.turn, s)
         sent.x[i] = s.x[i]
@@ -167,9 +218,17 @@ def wave_slave(
     for i in range(3):
         drift = p.drift_gain * (newest.x[i] - m.x_d[i])
         drift = min(max(drift, -p.max_speed), p.max_speed)
-        u = newest.wave[i] + math.sqrt(0.5 * b) * drift
+        u, drift = newest.wave[i], math.sqrt(0.5 * b) * drift
+        if p.integral_rate > 0.0:
+            missing = newest.integral[i] - m.integral[i] - u * period
+            left = newest.energy[i] - m.played[i]
+            drift += make_up(missing, p)
+            u = corrected(u, drift, left, p.integral_rate * period, period)
+        else:
+            u += drift
         u = affordable(u, newest.energy[i], m.played[i], period)
         m.played[i] += 0.5 * u * u * period
+        m.integral[i] += u * period
         # The spring of the end of the step, which adds no energy of its own.
         rest = p.stiffness * (m.x_d[i] - s.x[i]) - p.damping * s.v[i]
         v = (math.sqrt(2.0 * b) * u - rest) / (b + p.damping + p.stiffness * period)
@@ -180,6 +239,8 @@ def wave_slave(
         w = u - math.sqrt(2.0 / b) * f
         sent.wave[i] = w
         sent.energy[i] += 0.5 * w * w * period
+        if p.integral_rate > 0.0:
+            sent.integral[i] += w * period
 
 
 @dataclass
@@ -191,9 +252,12 @@ class WaveVariables(Coupling):
         stiffness: K_c from the desired position to the tool.
         damping: B_c beside it.
         drift_gain: of the position error, as far as its energy goes.
-        max_speed: of that correction at the device.
+        max_speed: of that correction at the device, and of that of the integrals.
         reserve: E0 of each axis, in the master's units.
         turn: fastest change of the device's velocity by the hand, for which it is passive.
+        integrals: whether the integral of the waves is sent beside them, so that a wave that is
+            lost or overtaken is made up for.
+        integral_time: in which that is done, and in which energy that is left may be spent on it.
     """
 
     impedance: float = number(20.0, "N s/m", 0.1, 1e3)
@@ -203,6 +267,8 @@ class WaveVariables(Coupling):
     max_speed: float = number(0.1, "m/s", 1e-3, 10.0)
     reserve: float = number(0.005, "J", 0.0, 100.0)
     turn: float = number(200.0, "m/s²", 1.0, 1e5)
+    integrals: bool = False
+    integral_time: float = number(0.3, "s", 1e-3, 10.0)
 
     def reserves(self) -> float:
         """E0 of the master."""
@@ -210,7 +276,19 @@ class WaveVariables(Coupling):
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
-        return Exchange(UP, DOWN, wave_master, wave_slave, MASTER_MEMORY, SLAVE_MEMORY)
+        up, down = (UP_WITH_INTEGRAL, DOWN_WITH_INTEGRAL) if self.integrals else (UP, DOWN)
+        return Exchange(
+            up,
+            down,
+            wave_master,
+            wave_slave,
+            MASTER_MEMORY,
+            SLAVE_MEMORY,
+            # A wave that is late has no tick of its own any more; an integral is still of use.
+            uses_late=self.integrals,
+            felt_up=((up.slices["wave"], "wave"),),
+            felt_down=((down.slices["wave"], "wave"),),
+        )
 
     def parameters(self, period: float) -> Array:
         """The gains in the master's units."""
@@ -223,4 +301,5 @@ class WaveVariables(Coupling):
             max_speed=self.max_speed,
             reserve=self.reserve,
             turn=self.turn,
+            integral_rate=1.0 / self.integral_time if self.integrals else 0.0,
         )

@@ -37,7 +37,12 @@ from scara_drake.experiments.inverse_kinematics import (
     table_8,
     table_9,
 )
-from scara_drake.experiments.literature import certificates, delayed_wall, standard_cases
+from scara_drake.experiments.literature import (
+    certificates,
+    delayed_wall,
+    displayed_impedance,
+    standard_cases,
+)
 from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
@@ -67,6 +72,7 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
+    "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
     "delayed_wall": delayed_wall.run,
     "certificates": certificates.run,

@@ -10,6 +10,9 @@ that of the hand's target, so what the sweep did not cause does not count.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -31,6 +34,11 @@ def age_of_information(recording: xr.Dataset, link: str) -> xr.DataArray:
     return recording[name] if name in recording else recording[f"delay_{link}"]
 
 
+def vector_size(vector: xr.DataArray) -> xr.DataArray:
+    """Size (time) of a vector (time, axis); where an entry is missing it counts as zero."""
+    return (vector**2).sum("axis") ** 0.5
+
+
 def as_received(signal: xr.DataArray, age: xr.DataArray) -> xr.DataArray:
     """Signal (time, axis) as it was `age` (time) [s] ago; its first value before it began."""
     t = signal.time.values
@@ -48,29 +56,29 @@ def tool_way(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray
 def position_error(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray:
     """Distance (time) [m] of the tool from where the master was when it sent."""
     sent = as_received(recording.x_master, age_of_information(recording, "up"))
-    return _size(tool_way(recording, position_scale) - sent)
+    return vector_size(tool_way(recording, position_scale) - sent)
 
 
 def drift(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray:
     """Distance (time) [m] of the tool from the master at the same time."""
-    return _size(tool_way(recording, position_scale) - recording.x_master)
+    return vector_size(tool_way(recording, position_scale) - recording.x_master)
 
 
 def force_error(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
     """Difference (time) [N] of the force at the master from that at the tool when it was sent."""
     resisting = -force_scale * recording.f_env_on_tool_W
     sent = as_received(resisting.fillna(0.0), age_of_information(recording, "down"))
-    return _size(recording.f_master - sent)
+    return vector_size(recording.f_master - sent)
 
 
 def peak_force(recording: xr.Dataset) -> float:
     """Largest force at the master [N], before the limit of its actuators."""
-    return float(_size(recording.f_master).max("time"))
+    return float(vector_size(recording.f_master).max("time"))
 
 
 def mean_size(signal: xr.DataArray) -> float:
     """Mean size of a vector (time, axis) over the time; where there is none, it counts as zero."""
-    return float(_size(signal.fillna(0.0)).mean("time"))
+    return float(vector_size(signal.fillna(0.0)).mean("time"))
 
 
 def force_ripple(recording: xr.Dataset) -> float:
@@ -80,7 +88,7 @@ def force_ripple(recording: xr.Dataset) -> float:
 
 def contact_share(recording: xr.Dataset) -> float:
     """Share of the time in which the tool is touched; 0 without a surface."""
-    return float((_size(recording.f_env_on_tool_W) > 0.0).mean("time"))
+    return float((vector_size(recording.f_env_on_tool_W) > 0.0).mean("time"))
 
 
 def is_driven(recording: xr.Dataset, mass: float, available: float) -> bool:
@@ -94,7 +102,7 @@ def is_driven(recording: xr.Dataset, mass: float, available: float) -> bool:
         mass: of the device [kg].
         available: energy of the hand, at most [J].
     """
-    speed = _size(recording.v_master).max("time")
+    speed = vector_size(recording.v_master).max("time")
     return bool(0.5 * mass * speed**2 >= available)
 
 
@@ -147,16 +155,48 @@ def impedance(
         start: of the sweep [s].
         force: "f_master" for the coupling alone, "f_hand" for what the hand feels: the device too.
     """
-    swept = recording.sel(axis=axis, time=slice(start, None))
-    period = float(swept.time[-1] - swept.time[0]) / (swept.sizes["time"] - 1)
-    frequency = np.fft.rfftfreq(swept.sizes["time"], period)
-    target = np.conj(_spectrum(swept.hand_target.values))
+    frequency, inside, target, swept = _sweep(recording, axis, start)
     shown = _smooth(_spectrum(swept[force].values) * target)
     moved = _smooth(_spectrum(swept.v_master.values) * target)
+    return _of_frequency(frequency[inside], shown[inside] / moved[inside])
+
+
+def as_swept(
+    known: Callable[[xr.DataArray], xr.DataArray], recording: xr.Dataset, axis: str, start: float
+) -> xr.DataArray:
+    """What `impedance` would find of a known one in the motion of a recording.
+
+    Where an impedance is steep, the mean over neighbours that it takes is not that of the middle.
+
+    Args:
+        known: its values at frequencies [Hz].
+        recording: of a sweep.
+        axis: of the sweep.
+        start: of the sweep [s].
+    """
+    frequency, inside, target, swept = _sweep(recording, axis, start)
+    moved = _spectrum(swept.v_master.values) * target
+    shown = np.zeros_like(moved)
+    shown[1:] = known(_of_frequency(frequency, frequency).frequency[1:]).values * moved[1:]
+    return _of_frequency(frequency[inside], (_smooth(shown) / _smooth(moved))[inside])
+
+
+def _sweep(
+    recording: xr.Dataset, axis: str, start: float
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.complex128], xr.Dataset]:
+    """Frequencies of the bins [Hz], which are in `BAND`, the target's spectrum, and the signals."""
+    swept = recording.sel(axis=axis, time=slice(start, None))
+    period = float(swept.time[-1] - swept.time[0]) / (swept.sizes["time"] - 1)
+    frequency = np.asarray(np.fft.rfftfreq(swept.sizes["time"], period), dtype=np.float64)
     inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
+    target: NDArray[np.complex128] = np.conj(_spectrum(swept.hand_target.values))
+    return frequency, inside, target, swept
+
+
+def _of_frequency(frequency: Array, values: NDArray[Any]) -> xr.DataArray:
     return xr.DataArray(
-        shown[inside] / moved[inside],
-        coords={"frequency": ("frequency", frequency[inside], {"units": "Hz"})},
+        values,
+        coords={"frequency": ("frequency", frequency, {"units": "Hz"})},
         dims="frequency",
         attrs={"units": "N s/m"},
     )
@@ -177,10 +217,6 @@ def decades(impedance: xr.DataArray, other: xr.DataArray, signed: bool = False) 
     position = np.log(impedance.frequency.values)
     total = np.trapezoid(ratio if signed else abs(ratio), position)
     return float(total / (position[-1] - position[0]))
-
-
-def _size(vector: xr.DataArray) -> xr.DataArray:
-    return (vector**2).sum("axis") ** 0.5
 
 
 def _spectrum(samples: Array) -> NDArray[np.complex128]:

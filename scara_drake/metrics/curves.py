@@ -9,8 +9,11 @@ from typing import Final, NamedTuple
 import xarray as xr
 
 from scara_drake.joints import JOINT_NAMES
-from scara_drake.metrics.bilateral import age_of_information
+from scara_drake.metrics.bilateral import age_of_information, vector_size
 from scara_drake.metrics.command import command_error
+from scara_drake.metrics.noticed import force_jnds
+from scara_drake.metrics.offsets import force_offsets, tool_offsets
+from scara_drake.metrics.scales import scales_of
 from scara_drake.metrics.tracking import contact_force, tool_error
 
 SETTLING: Final = 1.0  # [s], left out of the figures: the drives take up the weight
@@ -39,7 +42,7 @@ class Curve(NamedTuple):
             return None
         try:
             curve = self.of(recording)
-        except KeyError:  # no such joint
+        except (LookupError, ValueError):  # no such joint, or too short, or not of a run
             return None
         return self.scale * curve if bool(curve.notnull().any()) else None
 
@@ -65,6 +68,20 @@ def _size(recording: xr.Dataset, name: str) -> xr.DataArray:
 
 def _deepest(recording: xr.Dataset) -> xr.DataArray:
     return recording.penetration.max("surface").clip(min=0.0)
+
+
+def _tool_offset(recording: xr.Dataset, name: str) -> xr.DataArray:
+    found = tool_offsets(recording, scales_of(recording).position)[name]
+    return vector_size(found) if "axis" in found.dims else found
+
+
+def _force_offset(recording: xr.Dataset, name: str) -> xr.DataArray:
+    found = force_offsets(recording, scales_of(recording).force)[name]
+    return vector_size(found) if "axis" in found.dims else found
+
+
+def _force_jnds(recording: xr.Dataset) -> xr.DataArray:
+    return force_jnds(recording, scales_of(recording).force)
 
 
 def _of_joints(
@@ -130,3 +147,20 @@ AGES: Final = tuple(
     )
     for link in ("up", "down")
 )
+_MOVED: Final = ("x_master", "delay_up", "f_env_on_tool_W", *_TOOL)
+_SHOWN: Final = ("f_master", "delay_down", "f_env_on_tool_W")
+TOOL_OFFSETS: Final = tuple(
+    Curve(name, unit, 1e3, _MOVED, partial(_tool_offset, name=variable))
+    for name, unit, variable in (
+        ("time offset of the tool", "ms", "time_offset"),
+        ("value offset of the tool", "mm", "value_offset"),
+    )
+)
+FORCE_OFFSETS: Final = tuple(
+    Curve(name, unit, scale, _SHOWN, partial(_force_offset, name=variable))
+    for name, unit, scale, variable in (
+        ("time offset of the force", "ms", 1e3, "time_offset"),
+        ("value offset of the force", "N", 1.0, "value_offset"),
+    )
+)
+FORCE_JNDS: Final = Curve("force error, delay removed", "JND", 1.0, _SHOWN, _force_jnds)

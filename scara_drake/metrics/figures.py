@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Final, NamedTuple
 
 import xarray as xr
 
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
-from scara_drake.metrics.bilateral import contact_share, energy_margin
+from scara_drake.metrics.bilateral import contact_share, energy_margin, vector_size
 from scara_drake.metrics.command import STATUSES, status_shares
 from scara_drake.metrics.curves import (
     AGES,
@@ -16,6 +17,7 @@ from scara_drake.metrics.curves import (
     CONTACT_FORCE,
     EFFORTS,
     FELT_FORCES,
+    FORCE_JNDS,
     JOINT_ERRORS,
     PENETRATION,
     TOOL_ERROR,
@@ -23,13 +25,25 @@ from scara_drake.metrics.curves import (
 )
 from scara_drake.metrics.limits import saturated_share
 from scara_drake.metrics.links import LINKS, traffic
-from scara_drake.metrics.tracking import energy, peak, rmse, total_variation
+from scara_drake.metrics.manual import (
+    displayed_stiffness,
+    effort_transparency,
+    free_resistance,
+)
+from scara_drake.metrics.noticed import noticed
+from scara_drake.metrics.offsets import delay_derivative, force_offsets, tool_offsets
+from scara_drake.metrics.scales import Scales, scales_of
+from scara_drake.metrics.squared_force import squared_force
+from scara_drake.metrics.tracking import energy, peak, percentile95, rmse, total_variation
+
+EXPLAINED: Final = 0.5  # least share of the force at the master that a stiffness has to explain
 
 _BOTH: Final = ("RMS", "largest")
 _REDUCED: Final[dict[str, Callable[[xr.DataArray], xr.DataArray]]] = {
     "RMS": rmse,
     "largest": peak,
     "mean": lambda curve: curve.mean("time"),
+    "95 % within": percentile95,
 }
 _CURVES: Final[tuple[tuple[Curve, tuple[str, ...]], ...]] = (
     (TOOL_ERROR, _BOTH),
@@ -38,6 +52,7 @@ _CURVES: Final[tuple[tuple[Curve, tuple[str, ...]], ...]] = (
     (CONTACT_FORCE, ("largest",)),
     (PENETRATION, ("largest",)),
     *((curve, _BOTH) for curve in FELT_FORCES),
+    (FORCE_JNDS, ("mean", "95 % within")),
     *((curve, ("mean", "largest")) for curve in AGES),
     *((curve, ("RMS",)) for curve in EFFORTS),
 )
@@ -60,7 +75,7 @@ class Figure(NamedTuple):
 def figures(recording: xr.Dataset) -> dict[str, Figure]:
     """Return the figures of a recording by name; those that it has the variables for."""
     found = [*_of_curves(recording)]
-    for part in (_drives, _contact, _command, _links, _coupling):
+    for part in (_drives, _contact, _command, _links, _coupling, _offsets, _by_hand):
         found += part(recording)
     return {figure.name: figure for figure in found}
 
@@ -91,6 +106,7 @@ def _drives(recording: xr.Dataset) -> Iterator[Figure]:
 def _contact(recording: xr.Dataset) -> Iterator[Figure]:
     if CONTACT_FORCE.shown(recording) is not None:
         yield Figure("in contact", "%", 100.0 * contact_share(recording))
+        yield Figure("squared force on the tool", "N^2 s", squared_force(recording))
 
 
 def _command(recording: xr.Dataset) -> Iterator[Figure]:
@@ -105,9 +121,55 @@ def _links(recording: xr.Dataset) -> Iterator[Figure]:
         if found is not None:
             lost = 100.0 * found.lost / max(found.sent, 1)
             yield Figure(f"packets {link}, lost", "%", lost)
+            if f"packets_late_{link}" in recording:
+                late = 100.0 * found.late / max(found.sent, 1)
+                yield Figure(f"packets {link}, late", "%", late)
             yield Figure(f"longest gap {link}", "ms", 1e3 * found.longest_gap)
 
 
 def _coupling(recording: xr.Dataset) -> Iterator[Figure]:
     if "energy_master_in" in recording and "energy_slave_out" in recording:
         yield Figure("energy left in the coupling, least", "J", energy_margin(recording))
+
+
+def _bilateral(recording: xr.Dataset) -> Scales | None:
+    """Return the scales of a coupling whose recording has what both ends know; None if not."""
+    needed = ("x_master", "v_master", "f_master", "p_WE_measured", "f_env_on_tool_W", "delay_up",
+              "delay_down")  # fmt: skip
+    if not all(name in recording for name in needed):
+        return None
+    with suppress(ValueError):  # not the scenario of a run
+        return scales_of(recording)
+    return None
+
+
+def _offsets(recording: xr.Dataset) -> Iterator[Figure]:
+    scales = _bilateral(recording)
+    if scales is None or recording.sizes["time"] < 2:
+        return
+    parts = [("tool", "mm", 1e3, tool_offsets(recording, scales.position))]
+    if CONTACT_FORCE.shown(recording) is not None:
+        parts.append(("force", "N", 1.0, force_offsets(recording, scales.force)))
+    for name, unit, scale, found in parts:
+        late, wrong = found.time_offset, vector_size(found.value_offset)
+        yield Figure(f"time offset of the {name}, mean", "ms", 1e3 * float(late.mean()))
+        yield Figure(f"time offset of the {name}, largest", "ms", 1e3 * float(late.max()))
+        yield Figure(f"time offset of the {name}, its rate", "ms/s", 1e3 * delay_derivative(late))
+        yield Figure(f"value offset of the {name}, RMS", unit, scale * float(rmse(wrong)))
+
+
+def _by_hand(recording: xr.Dataset) -> Iterator[Figure]:
+    scales = _bilateral(recording)
+    if scales is None:
+        return
+    found = noticed(recording, scales.force)
+    yield Figure("force error that the hand would notice", "%", 100.0 * found.share)
+    yield Figure("force in the range the JND is known for", "%", 100.0 * found.tested)
+    with suppress(ValueError):  # nothing is touched
+        yield Figure("effort transparency", "1", effort_transparency(recording, scales.force).ratio)
+    with suppress(ValueError):  # nothing is touched, or the master hardly moves
+        felt = displayed_stiffness(recording)
+        if felt.unexplained <= 1.0 - EXPLAINED:
+            yield Figure("displayed stiffness", "N/m", felt.stiffness)
+    with suppress(ValueError):  # it touches from the start, or the master hardly moves
+        yield Figure("resistance in free motion", "N s/m", free_resistance(recording).damping)

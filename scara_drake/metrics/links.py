@@ -25,6 +25,9 @@ class Traffic:
     Attributes:
         sent: how many.
         lost: how many of them never arrive.
+        late: how many come after the time at which a buffer plays them; 0 without one.
+        late_used: how many of those were used; the others were dropped.
+        skipped: how many were passed over by a buffer that became less deep.
         longest_gap: without a packet that could be used [s].
         outages: gaps longer than `OUTAGE`.
         silent: since the last packet, at the end of the recording [s].
@@ -32,6 +35,9 @@ class Traffic:
 
     sent: int
     lost: int
+    late: int
+    late_used: int
+    skipped: int
     longest_gap: float
     outages: tuple[Stretch, ...]
     silent: float
@@ -66,9 +72,17 @@ def traffic(recording: xr.Dataset, link: str) -> Traffic | None:
         return None
     t, silent = recording.time.values, silence(recording, link)
     gaps = stretches(t, silent > OUTAGE)
+
+    def count(name: str) -> int:
+        name = f"packets_{name}_{link}"
+        return int(recording[name].values[-1]) if name in recording else 0
+
     return Traffic(
-        sent=int(recording[f"packets_sent_{link}"].values[-1]),
-        lost=int(recording[f"packets_lost_{link}"].values[-1]),
+        sent=count("sent"),
+        lost=count("lost"),
+        late=count("late"),
+        late_used=count("late_used"),
+        skipped=count("skipped"),
         longest_gap=float(silent.max()),
         outages=tuple(Stretch(max(gap.start - OUTAGE, 0.0), gap.end, gap.open) for gap in gaps),
         silent=float(silent[-1]),

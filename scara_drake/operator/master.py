@@ -15,25 +15,30 @@ need no smaller step, and a meter that sums this product is exact.
 """
 
 import math
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, fields
+from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common import checks
 from scara_drake.common.block import Block, Declaration, Input, Memory
-from scara_drake.common.fields import check, number, rows, vector
-from scara_drake.common.layout import Layout
+from scara_drake.common.fields import check, choice, number, rows, vector
 from scara_drake.kinematics import REACH
-from scara_drake.operator.hand import WAYPOINT, Sweep, hand_target_at
+from scara_drake.operator.device_motion import DEVICE, move_device
+from scara_drake.operator.hand import WAYPOINT, Sweep
+from scara_drake.operator.kinesthetic_devices import DEVICES, OWN, KinestheticDevice
 from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
+from scara_drake.operator.master_steps import STEPS
+from scara_drake.operator.policy import Policy
 from scara_drake.vectors import held_command
 
 Array = NDArray[np.float64]
 
 
+_OWN_FIELDS: Final = (
+    "mass", "damping", "actuator_limit", "friction", "resolution", "workspace"
+)  # fmt: skip
 _PRESS = [[0.0, 0.0, 0.0], [0.0, -0.04, 0.0], [0.0, -0.04, 0.0], [0.0, 0.0, 0.0]]
 
 
@@ -46,41 +51,94 @@ class Master:
     3 cm into a wall that is 1 cm away along -y.
 
     Attributes:
+        device: one that exists, with the figures of `kinesthetic_devices`; of `own` they are the
+            next six fields.
         mass: of the device, each axis.
         damping: of the device.
         actuator_limit: largest force of the device, each axis.
+        friction: Coulomb's, each axis.
+        resolution: count of the encoders; 0 is infinitely fine.
+        workspace: how far each axis goes from the centre; 0 is without an end.
+        velocity_bandwidth: w of the driver's dirty derivative w s / (s + w) of the counts.
         hand_stiffness: K of the hand.
         hand_damping: B of the hand.
         times: of the targets, rising.
         targets: rows x, y, z of the hand's target in W's axes, from the centre.
         sweep: added to the target.
+        policy: an operator who reacts, and moves the hand's target in place of `times` and
+            `targets`; none if empty.
         centre: tool point at the device's centre, relative to the arm's base, in W's axes.
         rpy: held orientation of the tool, Rx(roll) Ry(pitch) Rz(yaw).
         mast_height: of the robot.
     """
 
+    device: str = choice(OWN, (OWN, *DEVICES))
     mass: float = number(0.3, "kg", 1e-2, 100.0)
     damping: float = number(2.0, "N s/m", 0.0, 1e3)
     actuator_limit: float = number(40.0, "N", 0.0, 1e6)
+    friction: float = number(0.0, "N", 0.0, 100.0)
+    resolution: float = number(0.0, "m", 0.0, 1e-2)
+    workspace: float = number(0.0, "m", 0.0, REACH)
+    velocity_bandwidth: float = number(200.0, "rad/s", 1.0, 1e5)
     hand_stiffness: float = number(150.0, "N/m", 0.0, 1e4)
     hand_damping: float = number(4.0, "N s/m", 0.0, 1e3)
     times: list[float] = vector([1.0, 2.0, 6.0, 7.0], "s", 0.0, size=None)
     targets: list[list[float]] = rows(_PRESS, "m", -REACH, REACH)
     sweep: Sweep = field(default_factory=Sweep)
+    policy: Policy | None = None
     centre: list[float] = vector([0.80, -1.04, 0.0], "m", -REACH, REACH)
     rpy: list[float] = vector([math.pi / 2, 0.0, 0.0], "rad", -2 * math.pi, 2 * math.pi)
     mast_height: float = number(3.0, "m", MAST_LOW, MAST_HIGH)
 
     def check_together(self, name: str) -> None:
-        """Check that each target has its time, and that these rise.
+        """Check the targets against their times and the device, and that one alone moves the hand.
 
         Raises:
-            ValueError: they do not.
+            ValueError: targets without a time, times that do not rise, targets outside the device's
+                workspace, a field that a device of a name has of its own, or a sweep beside a
+                policy.
         """
+        if self.policy is not None:
+            checks.number(f"{name}.sweep.amplitude (with a policy)", self.sweep.amplitude, 0.0, 0.0)
         checks.vector(f"{name}.times", self.times, len(self.targets), 0.0)
         for index, (before, after) in enumerate(zip(self.times, self.times[1:], strict=False)):
             if after <= before:
                 raise ValueError(f"{name}.times[{index + 1}]: {after}, allowed above {before:g}")
+        self._check_device(name)
+
+    def _check_device(self, name: str) -> None:
+        """Check that nothing is given beside a device of a name, and that the targets fit."""
+        if self.device != OWN:
+            for entry in fields(self):
+                value = getattr(self, entry.name)
+                if entry.name in _OWN_FIELDS and value != entry.default:
+                    raise ValueError(
+                        f"{name}.{entry.name}: {checks.shown(value)}, allowed with device: {OWN} "
+                        f"only, {self.device} has its own"
+                    )
+        end = self.hardware().workspace or math.inf
+        for index, target in enumerate(self.targets):
+            way = math.hypot(*target) + self.sweep.amplitude
+            if way > end:
+                raise ValueError(
+                    f"{name}.targets[{index}]: {way:g} m from the centre with the sweep, allowed "
+                    f"up to {end:g} m, the workspace of the device"
+                )
+
+    def hardware(self) -> KinestheticDevice:
+        """Return the figures of the device."""
+        if self.device != OWN:
+            return DEVICES[self.device]
+        return KinestheticDevice(
+            force=self.actuator_limit,
+            stiffness=math.inf,
+            damping=math.inf,
+            workspace=self.workspace,
+            mass=self.mass,
+            friction=self.friction,
+            viscous=self.damping,
+            resolution=self.resolution,
+        )
 
     def first_command(self) -> Array:
         """Tool command (8,) at the centre: p_WE [m], quaternion w, x, y, z, mast height [m]."""
@@ -93,43 +151,29 @@ class Master:
 
     def parameters(self, period: float) -> Array:
         """Return the device and the hand over a period [s] as `device_of` reads them."""
+        hardware = self.hardware()
         return DEVICE.pack(
             transition=self.transition(period),
             stiffness=self.hand_stiffness,
             damping=self.hand_damping,
-            limit=self.actuator_limit,
+            limit=hardware.force,
             period=period,
+            mass=hardware.mass,
+            viscous=hardware.viscous + self.hand_damping,
+            friction=hardware.friction,
+            workspace=hardware.workspace or math.inf,
+            resolution=hardware.resolution,
+            decay=math.exp(-self.velocity_bandwidth * period),
         )
 
     def transition(self, period: float) -> Array:
         """Return `Phi` (2, 4) of the device and the hand over one period, see `move_device`."""
-        m, b = self.mass, self.damping + self.hand_damping
+        hardware = self.hardware()
+        m, b = hardware.mass, hardware.viscous + self.hand_damping
         rates = np.zeros((4, 4))
         rates[0, 1] = rates[2, 3] = 1.0
         rates[1] = [-self.hand_stiffness / m, -b / m, 1.0 / m, 0.0]
         return _exponential(rates * period)[:2]
-
-
-class MasterRow(NamedTuple):
-    """A device and its hand in a kernel.
-
-    Attributes:
-        transition: Phi (2, 4), see `move_device`.
-        stiffness: of the hand [N/m].
-        damping: of the hand [N s/m].
-        limit: of the actuators [N].
-        period: [s].
-    """
-
-    transition: Array
-    stiffness: float
-    damping: float
-    limit: float
-    period: float
-
-
-DEVICE = Layout(MasterRow, transition=(2, 4))
-device_of = DEVICE.reader()
 
 
 def _exponential(matrix: Array) -> Array:
@@ -144,64 +188,19 @@ def _exponential(matrix: Array) -> Array:
     return total
 
 
-@njit(cache=True)
-def move_device(
-    device: Array, f_master: Array, target_next: Array, motion: Array, target: Array, f_hand: Array
-) -> None:
-    """Move the device (6,) and its hand by one period, in place.
-
-    Each axis is (x, v) <- Phi (x, v, c, r): c and r are the constant and the slope of the force
-    that the hand's target and the actuator exert over the period.
-
-    Args:
-        device: of `Master.parameters`.
-        f_master: commanded force on the hand's motion, positive resists positive motion (3,) [N].
-        target_next: the hand's target at the end of the period (3,) [m].
-        motion: x, v (6,).
-        target: the hand's target at the start, moved to the end (3,) [m].
-        f_hand: force of the hand at the end (3,) [N], written.
-    """
-    d = device_of(device)
-    phi = d.transition
-    positions, speeds = motion[:3], motion[3:]
-    for i in range(3):
-        speed = (target_next[i] - target[i]) / d.period
-        force = min(max(f_master[i], -d.limit), d.limit)
-        c = d.stiffness * target[i] + d.damping * speed - force
-        r = d.stiffness * speed
-        x, v = positions[i], speeds[i]
-        positions[i] = phi[0, 0] * x + phi[0, 1] * v + phi[0, 2] * c + phi[0, 3] * r
-        speeds[i] = phi[1, 0] * x + phi[1, 1] * v + phi[1, 2] * c + phi[1, 3] * r
-        target[i] = target_next[i]
-        f_hand[i] = d.stiffness * (target[i] - positions[i]) + d.damping * (speed - speeds[i])
-
-
-@njit(cache=True)
-def master_step(
-    t: float,
-    f_master: Array,
-    device: Array,
-    waypoints: Array,
-    sweep: Array,
-    motion_master: Array,
-    hand_target: Array,
-    f_hand: Array,
-) -> None:
-    """One tick of `SimulatedMaster`, in place."""
-    target_next = np.empty(3)
-    hand_target_at(t + device_of(device).period, waypoints, sweep, target_next)
-    move_device(device, f_master, target_next, motion_master, hand_target, f_hand)
-
-
 class SimulatedMaster(Block):
     """A kinesthetic device in a hand.
 
     Ports:
         input f_master (3) [N]: commanded force of the device, each axis; positive resists motion in
             the positive direction.
-        output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace.
+        input hand_wanted (3) [m]: hand_target a period later; with a policy only.
+        output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace,
+            as its driver gives them, see `measure_device`.
         output hand_target (3) [m]: where the hand wants to be.
         output f_hand (3) [N]: force of the hand on the device.
+        output motion_device (6) [m, m/s]: its true motion; only of a device whose encoders have a
+            resolution, for without it is motion_master.
 
     Update, at t = k period: the motion from t to t + period, see `move_device`.
     Initial: at rest at zero.
@@ -217,13 +216,17 @@ class SimulatedMaster(Block):
     def __init__(self, master: Master, period: float = 1e-3) -> None:
         check(master, "master")
         checks.number("period", period, 1e-4, 0.1)
+        measured = master.hardware().resolution > 0.0
+        guided = master.policy is not None
         super().__init__(
             Declaration(
-                inputs={"f_master": Input(3, finite=True)},
+                inputs={"f_master": Input(3, finite=True)}
+                | ({"hand_wanted": Input(3)} if guided else {}),
                 memory={
                     "motion_master": Memory(6, port=True),
                     "hand_target": Memory(3, port=True),
                     "f_hand": Memory(3, port=True),
+                    **({"motion_device": Memory(6, port=True)} if measured else {}),
                 },
                 parameters={
                     "device": master.parameters(period),
@@ -231,6 +234,9 @@ class SimulatedMaster(Block):
                     "sweep": master.sweep.parameters(),
                 },
                 period=period,
-                update=master_step,
+                update=STEPS[guided, measured],
             )
         )
+
+
+__all__ = ["Master", "SimulatedMaster", "move_device"]

@@ -9,6 +9,7 @@ from scara_drake.cut_state import PIPE_STATE
 from scara_drake.vectors import (
     DEVICE_STATUS,
     LIVE_SETTINGS,
+    POLICY_STATE,
     SERVO_STATE,
     SUPERVISOR_STATUS,
 )
@@ -77,6 +78,19 @@ def _settings() -> dict[str, Signal]:
     }
 
 
+def _policy() -> dict[str, Signal]:
+    """What a recording holds of an operator who reacts, see `operator.policy`."""
+    columns = POLICY_STATE.slices
+    return {
+        f"policy_{name}": Signal("policy_state", columns[name].start, (), unit, long_name, False)
+        for name, unit, long_name in (
+            ("phase", "1", "0 moves, 1 waits, 2 has done his work, 3 the picture stands still"),
+            ("leg", "1", "stages of his work that the operator has done"),
+            ("done_at", "s", "when the operator's work was done; negative before"),
+        )
+    }
+
+
 def _cut() -> dict[str, Signal]:
     """What a recording holds of a pipe that is cut, see `cut_state.PipeState`."""
     columns = PIPE_STATE.slices
@@ -93,6 +107,21 @@ def _cut() -> dict[str, Signal]:
             ("volume_removed", "volume", "m^3", "that the blade has cut away"),
             ("cut_left", "left", "1", "share of the pipe's section that is left"),
             ("kerf_place", "place", "m", "of the kerf along the pipe, from its middle"),
+        )
+    }
+
+
+def _playout(link: str) -> dict[str, Signal]:
+    """What a recording holds of the buffer of a link, see `channel.layouts.PlayoutState`."""
+    return {
+        f"{name}_{link}": Signal(f"playout_{link}", column, (), unit, long_name, False)
+        for column, (name, unit, long_name) in enumerate(
+            (
+                ("packets_late", "1", f"packets {link} so far that come after their time"),
+                ("packets_late_used", "1", "how many of these were used, and not dropped"),
+                ("packets_skipped", "1", "passed over by a buffer that became less deep"),
+                ("playout_depth", "s", f"depth of the buffer of the {link}link"),
+            )
         )
     }
 
@@ -132,6 +161,12 @@ SIGNALS: Final[dict[str, Signal]] = {
     ),
     "x_master": Signal("motion_master", 0, _AXIS, "m", "motion of the master's device", False),
     "v_master": Signal("motion_master", 3, _AXIS, "m/s", "rate of the master's device", False),
+    "x_device": Signal(
+        "motion_device", 0, _AXIS, "m", "true motion of the device, beside its encoders", False
+    ),
+    "v_device": Signal(
+        "motion_device", 3, _AXIS, "m/s", "true rate of the device, beside its driver", False
+    ),
     "f_master": Signal(
         "f_master", 0, _AXIS, "N", "force of the device, before its actuators' limit", False
     ),
@@ -159,6 +194,8 @@ SIGNALS: Final[dict[str, Signal]] = {
     "packets_lost_down": Signal(
         "packet_counts_down", 1, (), "1", "packets sent down that never arrive", False
     ),
+    **_playout("up"),
+    **_playout("down"),
     "saturation": Signal(
         "saturation", 0, _JOINT, "1", "1 outside the boundary layer, 2 effort limit, 3 both", False
     ),
@@ -182,9 +219,9 @@ SIGNALS: Final[dict[str, Signal]] = {
     "f_estimated_W": Signal(
         "f_estimated_W", 0, _AXIS, "N", "force on the tool without a sensor", False
     ),
-    "p_WE_seen": Signal(
-        "tool_seen", 0, _AXIS, "m", "tool position as the scripted operator sees it", False
-    ),
+    "p_WE_seen": Signal("tool_seen", 0, _AXIS, "m", "tool position as the operator sees it", False),
+    "age_view": Signal("age_view", 0, (), "s", "age of the picture that the operator sees", False),
+    **_policy(),
     "orientation_axes": Signal(
         "orientation_axes", 0, ("rotation",), "1", "axes that turn the tool, -1 to 1", False
     ),
@@ -228,6 +265,7 @@ PRESENT: Final[dict[str, str]] = {
     "device_connected": "the operator's device is a live one",
     "f_kinesthetic": "the scenario has `kinesthetic`",
     "motion_master": "the operator is a `!Master`",
+    "motion_device": "the device of a `!Master` has encoders with a resolution",
     "f_master": "the operator is a `!Master`",
     "f_hand": "the operator is a `!Master`",
     "hand_target": "the operator is a `!Master`",
@@ -239,13 +277,17 @@ PRESENT: Final[dict[str, str]] = {
     "command_watch": "the scenario has `channel.watch`",
     "packet_counts_up": "the uplink has packets",
     "packet_counts_down": "the downlink has packets",
+    "playout_up": "the uplink has a `playout`",
+    "playout_down": "the downlink has a `playout`",
     "saturation": "the controller is neither `!InverseDynamics` nor your own",
     "state_desired_governed": "the scenario has a `governor`",
     "actuation_delivered": "the scenario has `drives.lag`",
     "perturbation_estimate": "the controller is an `!ObserverSlidingMode`",
     "velocity_estimate": "the controller is an `!ObserverSlidingMode`",
     "f_estimated_W": "the controller is an `!ObserverSlidingMode` and there is a surface",
-    "tool_seen": "the operator is a `!Trainee`",
+    "tool_seen": "the operator is a `!Trainee`, or a `!Master` with a `policy`",
+    "age_view": "the operator has a `policy` and the downlink has packets",
+    "policy_state": "the operator has a `policy`",
     "pipe_cut": "the scenario has `environment.cut`",
     "blade_force_W": "the scenario has `environment.cut`",
     "orientation_axes": "the operator is supervised",

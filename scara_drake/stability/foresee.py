@@ -3,11 +3,13 @@
 Nothing here is refused: a loop beyond its limits is worth watching. What is looked at is the robot
 that will be simulated, where it starts: whether the drives and rho hold its weight there, whether
 the gains hold a position at all, and whether the sampled loop in the layer is stable with the
-delays of the scenario, see `delay_margin`.
+delays of the scenario, see `delay_margin`. Of a device that exists it is told what hand and
+coupling ask of it that it does not have.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,8 @@ from scara_drake.control.ismc_law import GAINS
 from scara_drake.control.observer_sliding_mode import ObserverSlidingMode
 from scara_drake.control.pid import Pid
 from scara_drake.control.sliding_mode import SlidingMode
+from scara_drake.operator.kinesthetic_devices import OWN
+from scara_drake.operator.master import Master
 from scara_drake.scenario import Scenario
 from scara_drake.stability.delay_margin import onset, spectral_radius
 from scara_drake.stability.linear import continuous_plant
@@ -31,6 +35,17 @@ GROWS = 1.0 + 1e-4  # a period; slower than a tenfold growth in 23 s is not told
 
 def foresee(scenario: Scenario) -> list[str]:
     """Return a sentence for each thing that will go wrong; none for a sound scenario.
+
+    First of the arm and its controller, see `_arm`, then of a device that the operator pushes.
+
+    Raises:
+        ValueError: the first tool command cannot be reached.
+    """
+    return _arm(scenario) + _device(scenario)
+
+
+def _arm(scenario: Scenario) -> list[str]:
+    """Return what will go wrong with the arm.
 
     Of controllers of the user's own only the weight is judged, of `InverseDynamics` likewise; the
     delays are those of integral and conventional sliding mode control.
@@ -51,6 +66,29 @@ def foresee(scenario: Scenario) -> list[str]:
     if told or gains is None:
         return told
     return _cover(weight, gains, scenario.controller) + _loop(inverse_mass, gains, scenario)
+
+
+def _device(scenario: Scenario) -> list[str]:
+    """Return what a device of a name cannot do that the hand or the coupling asks of it."""
+    master, told = scenario.operator, []
+    if not isinstance(master, Master) or master.device == OWN:
+        return []
+    hardware = master.hardware()
+    pressed = master.hand_stiffness * max((math.hypot(*way) for way in master.targets), default=0.0)
+    if pressed > hardware.force:
+        told.append(
+            f"the hand can press with {pressed:.3g} N, the device {master.device} pushes back with "
+            f"{hardware.force:.3g} N at most: what is above is not felt"
+        )
+    coupling = scenario.coupling.within(hardware.stiffness, hardware.damping)
+    for surface in scenario.environment.surfaces:
+        asked = coupling.asked_stiffness(surface.stiffness)
+        if asked > hardware.stiffness:
+            told.append(
+                f"pressed on {surface.name} the coupling asks the device {master.device} for "
+                f"{asked:.4g} N/m, it renders {hardware.stiffness:.4g} N/m: expect it to buzz"
+            )
+    return told
 
 
 def loop_delay(scenario: Scenario) -> float:

@@ -13,6 +13,15 @@ import xarray as xr
 from scara_drake import metrics
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
 from scara_drake.metrics import bilateral
+from scara_drake.metrics.manual import (
+    backdrivability,
+    displayed_stiffness,
+    effort_transparency,
+    free_resistance,
+)
+from scara_drake.metrics.noticed import noticed
+from scara_drake.metrics.offsets import tool_offsets
+from scara_drake.metrics.squared_force import squared_force
 from scara_drake.scenario import Scenario
 
 
@@ -120,6 +129,10 @@ def _coupling(scenario: Scenario) -> Any:
     return scenario.coupling
 
 
+def _tool_offsets(scenario: Scenario, recording: xr.Dataset) -> xr.Dataset:
+    return tool_offsets(_coupled(recording), _coupling(scenario).position_scale)
+
+
 METRICS: Final[dict[str, Metric]] = {
     "score": Metric(
         "1", "score of its task, 0 to 100", lambda scenario, recording: _scored(recording).total,
@@ -210,6 +223,52 @@ METRICS: Final[dict[str, Metric]] = {
         "N", "force at the master from that at the tool, delay removed, rms",
         lambda scenario, recording: metrics.rmse(
             bilateral.force_error(_coupled(recording), _coupling(scenario).force_scale)
+        ),
+    ),
+    "force_noticed_share": Metric(
+        "1", "share of the time in which the force at the master is wrong by more than one JND",
+        lambda scenario, recording: noticed(
+            _coupled(recording), _coupling(scenario).force_scale
+        ).share,
+    ),
+    "force_jnd_p95": Metric(
+        "1", "force at the master wrong by so many JND, 95 % of the time within",
+        lambda scenario, recording: noticed(
+            _coupled(recording), _coupling(scenario).force_scale
+        ).percentile95,
+    ),
+    "squared_force": Metric(
+        "N2 s", "squared force on the tool, over the time",
+        lambda scenario, recording: squared_force(_touched(recording)),
+    ),
+    "effort_transparency": Metric(
+        "1", "force at the master over that at the tool, delay removed",
+        lambda scenario, recording: effort_transparency(
+            _coupled(recording), _coupling(scenario).force_scale
+        ).ratio,
+    ),
+    "displayed_stiffness": Metric(
+        "N/m", "stiffness of the contact that the master shows",
+        lambda scenario, recording: displayed_stiffness(_coupled(recording)).stiffness,
+    ),
+    "free_resistance": Metric(
+        "N s/m", "force over velocity at the master before anything is touched",
+        lambda scenario, recording: free_resistance(_coupled(recording)).damping, whole=True,
+    ),
+    "backdrive_ratio": Metric(
+        "1", "way of the master over that of the tool while the tool is pushed",
+        lambda scenario, recording: backdrivability(
+            _coupled(recording), _coupling(scenario).position_scale
+        ).ratio,
+    ),
+    "time_offset_mean": Metric(
+        "s", "effective time offset of the tool from the master, mean",
+        lambda scenario, recording: _tool_offsets(scenario, recording).time_offset.mean(),
+    ),
+    "value_offset_rms": Metric(
+        "m", "effective value offset of the tool from the master, rms",
+        lambda scenario, recording: metrics.rmse(
+            bilateral.vector_size(_tool_offsets(scenario, recording).value_offset)
         ),
     ),
     "energy_margin": Metric(

@@ -25,11 +25,12 @@ def outputs(system: System) -> Iterator[tuple[str, OutputPort]]:
 
 
 def link_signals(link: System, direction: str) -> Signals:
-    """Return what a link tells about itself: its delay; of packets also their age and count."""
+    """Return what a link tells about itself: its delay; of packets also age, count and buffer."""
     names = {
         "delay": f"delay_{direction}",
         "age_of_information": f"age_{direction}",
         "packet_counts": f"packet_counts_{direction}",
+        "playout": f"playout_{direction}",
     }
     return {names[name]: port for name, port in outputs(link) if name in names}
 

@@ -6,6 +6,13 @@
        ^        |        ^                   |   ^   ^               |
        '--------'        '---- downlink <----'   |   '---------------'  motion_limited
                                                  '-- f_env_on_tool_W <- (contact)
+
+Where the scenario has a codec, one before each link says which packets that sends.
+With a policy, the operator's hand is moved by `operator`, who has the picture that comes back over
+a link of its own, and what is local at the master::
+
+    operator -> master      operator <- view <- tool_position <- (plant)
+       ^----------'
 """
 
 from __future__ import annotations
@@ -14,12 +21,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import DiagramBuilder, System
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ConstantVectorSource
 
+from scara_drake.channel.codec import Codec
+from scara_drake.channel.links import received_by
+from scara_drake.channel.packets import Packets
 from scara_drake.ik.system import InverseKinematicsSystem
+from scara_drake.kinematics import forward_kinematics
 from scara_drake.operator.master import SimulatedMaster
-from scara_drake.wiring import Signals, link_signals, outputs
+from scara_drake.operator.policy import OperatorPolicy
+from scara_drake.wiring import Signals, connect_by_name, link_signals, outputs
+from scara_drake.wiring.trainee import SEEDS, add_view
 
 if TYPE_CHECKING:
     from scara_drake.operator.master import Master
@@ -52,31 +65,24 @@ def add_bilateral(
     """
     master: Master = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     coupling, period, first = scenario.coupling, scenario.time_step, master.first_command()
+    hardware = master.hardware()
+    coupling = coupling.within(hardware.stiffness, hardware.damping)
     device = builder.AddNamedSystem("master", SimulatedMaster(master, period))
-    near = builder.AddNamedSystem(
-        "coupling_master", coupling.make_master(period, master.actuator_limit)
-    )
+    near = builder.AddNamedSystem("coupling_master", coupling.make_master(period, hardware.force))
     # The bandwidth tells the coupling how its commands are followed.
     bandwidth = scenario.inverse_kinematics.bandwidth
-    far = builder.AddNamedSystem("coupling_slave", coupling.make_slave(period, first, bandwidth))
+    codec = scenario.channel.codec
+    hold = 0.0 if codec is None else codec.keep_alive
+    far = builder.AddNamedSystem(
+        "coupling_slave", coupling.make_slave(period, first, bandwidth, hold)
+    )
     seed = scenario.seed_of("inverse_kinematics")
     kinematics = builder.AddNamedSystem(
         "inverse_kinematics",
         InverseKinematicsSystem(scenario.inverse_kinematics, first, q_start, seed, period),
     )
-    exchange = coupling.exchange()
-    uplink, downlink = (
-        builder.AddNamedSystem(
-            name,
-            scenario.channel.link(direction).make_system(
-                np.zeros(size), period, scenario.seed_of(name)
-            ),
-        )
-        for name, direction, size in (
-            ("uplink", "up", exchange.up_size),
-            ("downlink", "down", exchange.down_size),
-        )
-    )
+    uplink = _add_link(builder, scenario, "up", near.GetOutputPort("packet_to_slave"))
+    downlink = _add_link(builder, scenario, "down", far.GetOutputPort("packet_to_master"))
     f_env_on_tool_W = signals.get("f_env_on_tool_W")
     if f_env_on_tool_W is None:
         free = builder.AddNamedSystem("free_space", ConstantVectorSource(np.zeros(3)))
@@ -87,9 +93,7 @@ def add_bilateral(
 
     connect(near, "f_master", device, "f_master")
     connect(device, "motion_master", near, "motion_master")
-    connect(near, "packet_to_slave", uplink, "signal_sent")
     connect(uplink, "signal_received", far, "packet_from_master")
-    connect(far, "packet_to_master", downlink, "signal_sent")
     connect(downlink, "signal_received", near, "packet_from_slave")
     builder.Connect(f_env_on_tool_W, far.GetInputPort("f_env_on_tool_W"))
     connect(kinematics, "motion_limited", far, "motion_limited")
@@ -99,4 +103,55 @@ def add_bilateral(
     for system in (device, near, far, kinematics):
         made |= dict(outputs(system))
     made["tool_command_received"] = made.pop("tool_command")
+    if master.policy is not None:
+        made |= _add_policy(builder, scenario, device, q_start, signals)
     return signals | made | link_signals(uplink, "up") | link_signals(downlink, "down")
+
+
+def _add_link(
+    builder: DiagramBuilder, scenario: Scenario, direction: str, packet: OutputPort
+) -> System:
+    """Add the link "up" or "down" of some packets, behind a codec where there is one."""
+    name, period, size = f"{direction}link", scenario.time_step, packet.size()
+    exchange, codec = scenario.coupling.exchange(), scenario.channel.codec
+    link = received_by(scenario.channel.link(direction), exchange.uses_late)
+    arguments = np.zeros(size), period, scenario.seed_of(name)
+    if codec is None or not isinstance(link, Packets):
+        carrier = builder.AddNamedSystem(name, link.make_system(*arguments))
+    else:
+        carrier = builder.AddNamedSystem(name, link.make_system(*arguments, selective=True))
+        felt = exchange.felt(direction)
+        chooser = builder.AddNamedSystem(
+            f"codec_{direction}", Codec(codec, direction, felt, size, period, link.send_period)
+        )
+        builder.Connect(packet, chooser.GetInputPort("packet"))
+        builder.Connect(chooser.GetOutputPort("transmit"), carrier.GetInputPort("transmit"))
+        packet = chooser.GetOutputPort("packet_sent")
+    builder.Connect(packet, carrier.GetInputPort("signal_sent"))
+    return carrier
+
+
+def _add_policy(
+    builder: DiagramBuilder, scenario: Scenario, device: System, q_start: Array, signals: Signals
+) -> Signals:
+    """Add the operator who reacts: he has the picture and its age, and what is local."""
+    master: Master = scenario.operator  # type: ignore[assignment]  # the table has chosen it
+    seen = add_view(builder, scenario, q_start, signals)
+    view: System = seen.get_system()  # type: ignore[assignment]  # the stubs know no type
+    mind = OperatorPolicy(
+        master.policy,  # type: ignore[arg-type]  # there is one
+        forward_kinematics(q_start)[:3, 3],
+        scenario.coupling.position_scale,
+        master.hand_stiffness,
+        scenario.time_step,
+        SEEDS + scenario.seed % SEEDS,
+    )
+    operator = builder.AddNamedSystem("operator", mind)
+    told = link_signals(view, "view")
+    known = {"tool_seen": seen, "age_seen": told.get("age_view", told["delay_view"])}
+    connect_by_name(builder, operator, known | dict(outputs(device)))
+    builder.Connect(operator.GetOutputPort("hand_wanted"), device.GetInputPort("hand_wanted"))
+    return {
+        "tool_seen": seen,
+        "policy_state": operator.GetOutputPort("policy_state"),
+    } | {name: port for name, port in told.items() if name == "age_view"}

@@ -156,6 +156,7 @@ def _supervised_watch(scenario: Scenario) -> None:
 
 
 def _check_external(scenario: Scenario) -> None:
+    _no_codec(scenario)
     _supervised_watch(scenario)
     operator: External = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     if operator.port == "command_frame" and scenario.supervision is None:
@@ -163,6 +164,7 @@ def _check_external(scenario: Scenario) -> None:
 
 
 def _check_joystick(scenario: Scenario) -> None:
+    _no_codec(scenario)
     _supervised_watch(scenario)
     operator: Joystick = scenario.operator  # type: ignore[assignment]  # the table has chosen it
     mode, supervised = operator.mapping.mode, operator.is_live or scenario.supervision is not None
@@ -176,6 +178,11 @@ def _no_device(scenario: Scenario) -> None:
         raise ValueError("kinesthetic: set, allowed with a Joystick or an External only")
 
 
+def _no_codec(scenario: Scenario) -> None:
+    if scenario.channel.codec is not None:
+        raise ValueError("channel.codec: set, allowed with a Master only: it knows what is felt")
+
+
 def _check_master(scenario: Scenario) -> None:
     _no_device(scenario)
     if scenario.channel.watch is not None:
@@ -186,9 +193,16 @@ def _check_master(scenario: Scenario) -> None:
             "the motion, and the governor comes after it"
         )
     checks.choice("inverse_kinematics.method", scenario.inverse_kinematics.method, FOLLOWERS)
+    exchange = scenario.coupling.exchange()
+    if scenario.channel.codec is not None and not (exchange.felt_up and exchange.felt_down):
+        raise ValueError(
+            "channel.codec: set, allowed with a coupling whose exchange says what is felt "
+            "(felt_up, felt_down)"
+        )
 
 
 def _check_trainee(scenario: Scenario) -> None:
+    _no_codec(scenario)
     if scenario.task is None:
         raise ValueError("operator: !Trainee, allowed in a scenario with a task")
     if scenario.supervision is not None:

@@ -42,14 +42,14 @@ def add_trainee(
     signals = signals | dict(outputs(joystick))
     signals = add_mapping(builder, operator.mapping, scenario.time_step, signals)
     signals = add_remote(builder, scenario, operator.first_command(), q_start, signals)
-    signals["tool_seen"] = _add_view(builder, scenario, q_start, signals)
+    signals["tool_seen"] = add_view(builder, scenario, q_start, signals)
     for name in ("tool_seen", "f_haptic"):
         if name in signals:
             builder.Connect(signals[name], joystick.GetInputPort(name))
     return signals
 
 
-def _add_view(
+def add_view(
     builder: DiagramBuilder, scenario: Scenario, q_start: Array, signals: Signals
 ) -> OutputPort:
     """Lead the tool's position back over a link of its own, by the downlink's law."""

@@ -26,7 +26,8 @@ from scara_drake.coupling.wave_variables import DOWN, UP, WaveVariables, wave_ma
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import quantity
 from scara_drake.metrics import bilateral as bilateral_metrics
-from scara_drake.operator.master import Master, move_device
+from scara_drake.operator.device_motion import move_device
+from scara_drake.operator.master import Master
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
@@ -169,7 +170,7 @@ def _waves_at_the_tool(coupling: WaveVariables, device: Array) -> Array:
     downs = np.zeros((ups.shape[0], PACKET.size + DOWN.size))
     for k in range(LATE):  # on their way at first
         # What was sent is counted from OPEN on, so that there is energy for all of it.
-        ups[k] = _packet(UP, k + 1, pulse[k], OPEN, x=np.zeros(3))
+        ups[k] = _packet(UP, k + 1, pulse[k], OPEN)
         downs[k] = _packet(DOWN, k + 1, 0.0, 0.0)
     _travel(ups, downs, near_constants, far_constants, near_memory, far_memory, device)
     return np.array([UP.unpack(PACKET.unpack(up).payload).wave[0] for up in ups])
@@ -198,8 +199,8 @@ def _travel(
         downs[k + LATE] = down
 
 
-def _packet(layout: Layout, number: int, wave: float, energy: float, **rest: Array) -> Array:
-    payload = layout.pack(wave=[wave, 0.0, 0.0], energy=np.full(3, energy), **rest)
+def _packet(layout: Layout, number: int, wave: float, energy: float) -> Array:
+    payload = layout.zeros(wave=[wave, 0.0, 0.0], energy=np.full(3, energy))
     return PACKET.pack(number=number, payload=payload)
 
 

@@ -27,13 +27,15 @@ from scara_drake.channel.presets import PRESETS
 from scara_drake.common import checks
 from scara_drake.common.parallel import side_by_side
 from scara_drake.experiments.claim import Experiment
+from scara_drake.experiments.teleoperation import hand_sweep
 from scara_drake.experiments.teleoperation.couplings_claims import claims
+from scara_drake.experiments.teleoperation.hand_sweep import HandSweep
 from scara_drake.metrics import bilateral as bilateral_metrics
-from scara_drake.operator.hand import Sweep
 from scara_drake.operator.master import Master
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import Scenario, load_scenario
 from scara_drake.simulation.run import simulate
+from scara_drake.stability.displayed_impedance import has_closed_form
 
 SCENARIO = "bilateral"
 COUPLINGS: Final = {
@@ -62,12 +64,9 @@ LINKS: Final[dict[str, Link]] = {
 CASES: Final = ("free", "wall", "loss")
 LOSS = 0.1  # of the packets, in the case "loss"
 
+TICK = 1e-3  # [s]: packets with less jitter keep their order
 PRESS = (1.0, 2.0, 6.0, 7.0)  # [s], see `Master.times`
 LAST = 0.5  # [s], end of the run, in which a drift is left
-AXIS = "y"
-BAND_SWEPT = (0.06, 16.0)  # [Hz]: it fades in and out beside `bilateral_metrics.BAND`
-AMPLITUDE = 5e-3  # of the sweep [m]
-SETTLE, FADE_OUT = 4.0, 4.0  # [s] before and after the sweep
 
 FIGURES: Final = {
     "peak": ("N", "largest force at the master, before the limit of its actuators"),
@@ -81,6 +80,14 @@ FIGURES: Final = {
     "energy_margin": ("J", "least energy left in coupling and channel, with the reserve"),
     "age_mean": ("s", "age of information, mean of both links"),
     "age_p99": ("s", "age of information, 99th percentile of both links"),
+}
+SWEPT: Final = {
+    "transparency_error": (
+        "decades",
+        "mean |log10| of the impedance felt at the wall over its own",
+    ),
+    "closed_form": ("decades", "the same of the closed form, and the mean over the delays"),
+    "z_width": ("decades", "mean log10 of what the hand feels at the wall over that in free space"),
 }
 
 
@@ -144,9 +151,7 @@ def run(
         "1",
         "the force rests in the steady part, and nothing but the hand moves the device",
     )
-    data["transparency_error"], data["z_width"] = _transparency(
-        couplings, presets, np.all(stable, axis=2), seed, sweep_duration, jobs
-    )
+    data |= _transparency(couplings, presets, np.all(stable, axis=2), seed, sweep_duration, jobs)
     coordinates = {"coupling": list(couplings), "preset": list(presets), "case": list(cases)}
     attributes = {"seed": seed, "scenario": SCENARIO, "loss": LOSS}
     dataset = xr.Dataset(data, coords=coordinates, attrs=attributes)
@@ -160,9 +165,9 @@ def _transparency(
     seed: int,
     duration: float,
     jobs: int | None,
-) -> list[xr.Variable]:
-    """Transparency error and Z-width (coupling, preset) [decades]; NaN where not `stable`."""
-    found = np.full((2, *stable.shape), np.nan)
+) -> dict[str, xr.Variable]:
+    """Figures of `SWEPT` (coupling, preset); NaN where not `stable`."""
+    found = {name: np.full(stable.shape, np.nan) for name in SWEPT}
     if duration > 0.0:
         where = np.argwhere(stable)
         sweeps = [
@@ -170,13 +175,9 @@ def _transparency(
             for i, j in where
         ]
         for (i, j), result in zip(where, _work(sweeps, jobs, "sweeps"), strict=True):
-            found[:, i, j] = result["transparency_error"], result["z_width"]
-    names = ("|log10| of the impedance felt at the wall over the wall's, mean over 0.1 to 10 Hz",
-             "log10 of what the hand feels at the wall over that in free space, mean")  # fmt: skip
-    return [
-        labelled(("coupling", "preset"), values, "decades", name)
-        for values, name in zip(found, names, strict=True)
-    ]
+            for name in SWEPT:
+                found[name][i, j] = result[name]
+    return {name: labelled(("coupling", "preset"), found[name], *SWEPT[name]) for name in SWEPT}
 
 
 def _work(todo: Sequence[Job], jobs: int | None, title: str) -> Iterator[dict[str, float | bool]]:
@@ -208,6 +209,22 @@ def scenario(job: Job) -> Scenario:
     return made
 
 
+def has_jitter(name: str) -> bool:
+    """Whether the jitter of a link of `LINKS` is that of a tick or more."""
+    link = LINKS[name]
+    return isinstance(link, Packets) and link.jitter.mean >= TICK
+
+
+def buffered(name: str) -> Link:
+    """Return a link of `LINKS` as it is through a playout buffer."""
+    link = LINKS[name]
+    from scipy import stats
+
+    a = (link.jitter.mean / link.jitter.std) ** 2
+    late = stats.gamma.ppf(0.99, a, scale=link.jitter.std**2 / link.jitter.mean)
+    return ConstantDelay(np.ceil(1e3 * (link.delay.delay + late)) / 1e3)
+
+
 def lossy(link: Link) -> Packets:
     """Return a link as packets, of which `LOSS` are lost beside those that it loses anyway."""
     if not isinstance(link, Packets):
@@ -224,7 +241,7 @@ def lossy(link: Link) -> Packets:
 def press_figures(job: Job) -> dict[str, float | bool]:
     """Simulate a press, and return `FIGURES` and whether it was stable."""
     pressing = scenario(job)
-    master, coupling = _master(pressing), pressing.coupling
+    master, coupling = cast(Master, pressing.operator), pressing.coupling
     master.times = list(job.times)
     recording = simulate(pressing, duration=job.duration)
     begin, end = job.times[1:3]
@@ -262,28 +279,19 @@ def press_figures(job: Job) -> dict[str, float | bool]:
 
 def sweep_figures(job: Job) -> dict[str, float | bool]:
     """Sweep the hand, pressed and free, and return the figures of the impedances."""
-    begin = job.times[1] + SETTLE
-    felt, shown = {}, {}
-    for case in ("wall", "free"):
-        swept = scenario(dataclasses.replace(job, case=case))
-        master = _master(swept)
-        goal = master.targets[1] if case == "wall" else [0.0, 0.0, 0.0]
-        master.times, master.targets = list(job.times), [[0.0, 0.0, 0.0], goal]
-        axis = "xyz".index(AXIS)
-        master.sweep = Sweep(axis, AMPLITUDE, *BAND_SWEPT, begin, job.duration)
-        if case == "wall":
-            (wall,) = swept.environment.surfaces
-        recording = simulate(swept, duration=begin + job.duration + FADE_OUT)
-        shown[case] = bilateral_metrics.impedance(recording, AXIS, begin)
-        felt[case] = bilateral_metrics.impedance(recording, AXIS, begin, "f_hand")
-    ideal = swept.coupling.impedance_scale * bilateral_metrics.wall_impedance(
-        shown["wall"].frequency, wall.stiffness, wall.damping
-    )
+    sweep = HandSweep(job.times, job.duration)
+    pressing, free = (scenario(dataclasses.replace(job, case=case)) for case in ("wall", "free"))
+    recording = sweep.run(pressing)
+    shown, felt = (sweep.displayed(recording, force) for force in ("f_master", "f_hand"))
+    width = bilateral_metrics.decades(felt, sweep.displayed(sweep.run(free), "f_hand"), signed=True)
+    frequency = shown.frequency
+    closed_form = np.nan
+    if has_closed_form(pressing.coupling):
+        delays = sweep.delays(recording).values
+        closed_form = hand_sweep.predicted_error(pressing, frequency, delays)
+    ideal = hand_sweep.true_impedance(pressing, frequency)
     return {
-        "transparency_error": bilateral_metrics.decades(shown["wall"], ideal),
-        "z_width": bilateral_metrics.decades(felt["wall"], felt["free"], signed=True),
+        "transparency_error": bilateral_metrics.decades(shown, ideal),
+        "closed_form": closed_form,
+        "z_width": width,
     }
-
-
-def _master(made: Scenario) -> Master:
-    return cast(Master, made.operator)  # the shipped scenario has one
