@@ -25,7 +25,8 @@ from rich.text import Text
 from scara_drake.channel.presets import PRESETS
 from scara_drake.experiments.claim import Claim
 from scara_drake.experiments.report import sentence
-from scara_drake.experiments.teleoperation.couplings import CASES, COUPLINGS, LINKS, run
+from scara_drake.experiments.teleoperation.couplings import BUFFERED, CASES, COUPLINGS, LINKS, run
+from scara_drake.experiments.teleoperation.couplings_runs import has_jitter
 from scara_drake.recordings.recorder import versions
 
 # Figure, its heading, and its scale.
@@ -68,6 +69,8 @@ LEGEND = (
     "0.1 to 10 Hz, by a sweep of the hand.\n"
     "- Z closed form: the same of the coupling's closed form, where it has one, at the age of what "
     "was in use; where that varies, the mean over it.\n"
+    "- buffered: the case wall through the playout buffer that is recommended for the channel, of "
+    "which a packet in a hundred may be late; the waves drop those.\n"
     "- Z width: mean log10 of what the hand feels at the wall over that in free space, the device "
     "included.",
 )
@@ -171,6 +174,31 @@ def channel(data: xr.Dataset, preset: str) -> Grid:
     return Grid(f"{preset}: {meaning}; age of information {age}", headings, rows)
 
 
+def buffers(data: xr.Dataset) -> Grid:
+    """Tabulate what a playout buffer gives back over the channels with jitter."""
+    headings = ["channel", "coupling"]
+    for figure in BUFFERED:
+        heading = (PRESSED | SWEPT)[figure][0]
+        headings += [heading, f"buffered {heading}"]
+    rows = []
+    for preset in data.preset.values:
+        for name in data.coupling.values:
+            one = data.sel(preset=preset, coupling=name)
+            if not bool(one.buffered_contact.isnull()):
+                row = [preset, name]
+                for figure in BUFFERED:
+                    plain, scale = one[figure], (PRESSED | SWEPT)[figure][1]
+                    plain = plain.sel(case="wall") if "case" in plain.dims else plain
+                    row += [digits(scale * float(x)) for x in (plain, one[f"buffered_{figure}"])]
+                rows.append(row)
+    depths = ", ".join(
+        f"{1e3 * playout.depth:g} ms for {name}"
+        for name in data.preset.values
+        if has_jitter(name) and (playout := PRESETS[name].playout)
+    )
+    return Grid(f"The wall, without and through the recommended buffer: {depths}", headings, rows)
+
+
 def told(figure: str, case: str, stable: bool) -> bool:
     """Whether a figure of a run means something."""
     return figure in ALWAYS or (stable and not (figure in TOUCHING and case == "free"))
@@ -206,7 +234,7 @@ def main(arguments: list[str] | None = None) -> None:
         jobs=options.jobs,
     )
     data = experiment.data
-    grids = [summary(data), *(channel(data, name) for name in data.preset.values)]
+    grids = [summary(data), buffers(data), *(channel(data, name) for name in data.preset.values)]
     console = Console()
     for grid in grids:
         grid.print(console)

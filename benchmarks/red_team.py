@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -78,9 +79,10 @@ def attack(part: tuple[str, int], runs: int, duration: float) -> list[Trial]:
     bounds, thresholds = bounds_of(scenario), thresholds_of(scenario, [objective])
     problem = Problem(scenario, bounds, thresholds, watched)
 
-    def show(done: int, harm: float) -> None:
-        if done % 200 < BATCH:
-            print(f"{objective}, seed {seed}: {done} runs", flush=True)
+    def show(trials: Sequence[Trial]) -> None:
+        if len(trials) % 200 < BATCH:
+            most = [max(t.values.get(name, -math.inf) for t in trials) for name in SEARCHED]
+            print(f"{objective}, seed {seed}: {len(trials)} runs, at most {most} J", flush=True)
 
     return search(problem, Plan(runs, seed, 1), show)
 

@@ -30,6 +30,7 @@ from scara_drake.control.pid import Pid
 from scara_drake.control.process_delay import ProcessDelay
 from scara_drake.control.sliding_mode import SlidingMode
 from scara_drake.coupling.direct import Direct, ScaledForce
+from scara_drake.coupling.four_channel import FourChannel
 from scara_drake.coupling.model_mediated import ModelMediated
 from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import Tdpa
@@ -52,7 +53,9 @@ from scara_drake.tasks import Task
 from scara_drake.wiring.operators import unused_settings, wiring_of
 
 Operator = Joystick | External | Trainee | Master | JointMotion
-Coupling = Direct | ScaledForce | PositionDamping | WaveVariables | Tdpa | ModelMediated
+Coupling = (
+    Direct | ScaledForce | PositionDamping | FourChannel | WaveVariables | Tdpa | ModelMediated
+)
 if TYPE_CHECKING:  # from Python any controller will do; a YAML tag chooses one of these
     Controller = ControllerPart
 else:

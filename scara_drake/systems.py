@@ -19,6 +19,7 @@ from scara_drake.display.task import TaskAnnotations
 from scara_drake.environment import ImpedanceContact, PipeCutting
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.operator.buzz import Buzz, FeltForce
+from scara_drake.operator.device_encoder import DeviceEncoder
 from scara_drake.operator.external import ExternalSource
 from scara_drake.operator.haptics import HapticOutput
 from scara_drake.operator.joint_motion import JointMotionSource
@@ -63,6 +64,7 @@ __all__ = [
     "CommandWatchSystem",
     "ContactForceEstimator",
     "ContinuousLayer",
+    "DeviceEncoder",
     "EffortLimit",
     "EncoderSystem",
     "ExternalSource",

@@ -32,7 +32,10 @@ COMES: Changes = {
     "environment.surfaces.0.motion": "!ConstantVelocity {velocity: [0.0, 0.1, 0.0]}",
 }
 
-COUPLINGS = ("Direct", "ScaledForce", "PositionDamping", "WaveVariables", "Tdpa", "ModelMediated")
+COUPLINGS = (
+    "Direct", "ScaledForce", "PositionDamping", "FourChannel", "WaveVariables", "Tdpa",
+    "ModelMediated",
+)  # fmt: skip
 CONTROLLERS = (
     "!IntegralSlidingMode {}",
     "!IntegralSlidingMode {mode: paper, phi: 10.0, allow_chatter: true, anti_windup: false}",
@@ -63,6 +66,16 @@ def _couplings() -> dict[str, tuple[str, Changes]]:
     }
 
 
+def _codecs() -> dict[str, tuple[str, Changes]]:
+    return {
+        f"{kind}, dead band": (
+            "bilateral",
+            {**LOSSY, "coupling": f"!{kind} {{}}", "channel.codec": "{keep_alive: 0.02}"},
+        )
+        for kind in COUPLINGS
+    }
+
+
 def _surfaces() -> dict[str, tuple[str, Changes]]:
     return {
         f"{motion} {surface}, {law}": (
@@ -78,6 +91,7 @@ def _surfaces() -> dict[str, tuple[str, Changes]]:
 CASES: dict[str, tuple[str, Changes]] = {
     **{name: (name, {}) for name in scenario_names()},
     **_couplings(),
+    **_codecs(),
     **_surfaces(),
     **{f"controller {c[1:]}": ("joint_sine", {"controller": c}) for c in CONTROLLERS},
     **{
@@ -121,6 +135,17 @@ CASES: dict[str, tuple[str, Changes]] = {
         "teleoperation",
         {**COMES, "inverse_kinematics.joints": "full", "inverse_kinematics.task": "pose"},
     ),
+    **{
+        f"policy {kind}": (
+            "bilateral",
+            {
+                "operator.policy": f"!{kind} {{work: !Reach {{places: [[0.0, -0.03, 0.0]]}}}}",
+                "channel.up": "!ConstantDelay {delay: 0.01}",
+                "channel.down": JITTER,
+            },
+        )
+        for kind in ("MoveAndWait", "Continuous")
+    },
     "kinesthetic": ("teleoperation", {**COMES, "kinesthetic": "{}"}),
     "haptics at 7 ms": ("teleoperation", {**COMES, "haptics.period": 0.014}),
     "stick at 7 ms": ("teleoperation", {**COMES, "operator.sample_period": 0.007}),
@@ -208,11 +233,13 @@ QUICK = [
     *_surfaces(),
     "cut pipe",
     "Tdpa, jitter with loss",
+    "Tdpa, dead band",
     "device touch",
     "WaveVariables, constant delay",
     "controller Pid {}",
     "all that drives add",
     "governed stick",
+    "policy MoveAndWait",
     "delayed process",
     "command watch",
     "buffers",

@@ -36,6 +36,18 @@ SMALL: dict[str, dict[str, Any]] = {
         "duration": 0.7,
         "sweep_duration": 0.0,
     },
+    "quantised_wall": {"walls": ("viscous", "counts"), "users": 2},
+    "devices": {
+        "devices": ("own", "touch"),
+        "couplings": ("direct", "TDPA"),
+        "presets": ("none",),
+    },
+    "delay_against_loss": {
+        "couplings": ("wave variables", "waves without drift term", "TDPA"),
+        "delays": (0.008, 0.272),
+        "losses": (0.0, 0.25),
+        "seeds": 1,
+    },
     "certificates": {
         "cases": {
             "direct, force x 0.03": "!ScaledForce {force_scale: 0.03}",
@@ -45,6 +57,12 @@ SMALL: dict[str, dict[str, Any]] = {
     },
     "standard_cases": {"delays": (0.1,)},
     "delayed_wall": {"delays": (0.0, 0.002), "duration": 6.0},
+    "dead_band": {"bands": (-1.0, 0.1, 0.2, 0.4), "duration": 10.0},
+    "operators_under_delay": {
+        "seeds": 3,
+        "reach_delays": (0.0, 0.5),
+        "press_delays": (0.0, 0.256, 0.512),
+    },
     "perturbation_observer": {"duration": 3.0, "contact_duration": 19.0},
 }
 

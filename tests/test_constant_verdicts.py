@@ -21,11 +21,17 @@ JUDGED = {  # the file, what runs the experiment there, what judges other data
     "couplings": (
         "test_couplings_experiment", "small", "test_a_run_that_throws_the_device_breaks_the_claims",
     ),
+    "quantised_wall": ("test_quantised_wall", "experiment", "test_it_judges_what_it_is_given"),
+    "devices": ("test_devices_experiment", "experiment", "test_it_judges_what_it_is_given"),
+    "delay_against_loss": (
+        "test_delay_against_loss", "experiment", "test_it_judges_what_it_is_given",
+    ),
     "certificates": (
         "test_certificates_experiment", "experiment", "test_it_judges_what_it_is_given",
     ),
     "standard_cases": ("test_standard_cases", "experiment", "test_it_judges_what_it_is_given"),
     "delayed_wall": ("test_delayed_wall", "experiment", "test_it_judges_what_it_is_given"),
+    "dead_band": ("test_dead_band", "experiment", "test_it_judges_what_it_is_given"),
     **{
         name: ("test_stated_numbers", name, f"test_{name}_judges_what_it_is_given")
         for name in ("table_1", "table_2", "table_3", "table_4", "table_11", "table_12")

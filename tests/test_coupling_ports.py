@@ -13,13 +13,14 @@ from scara_drake.common.fields import check
 from scara_drake.common.motion import limit_motion
 from scara_drake.coupling.direct import Direct, ScaledForce
 from scara_drake.coupling.ends import Coupling
+from scara_drake.coupling.four_channel import FourChannel
 from scara_drake.coupling.kernels import admit, meter, receive, slave_tick
 from scara_drake.coupling.model_mediated import ModelMediated
 from scara_drake.coupling.position_damping import PositionDamping
 from scara_drake.coupling.tdpa import UP, Tdpa
 from scara_drake.coupling.wave_variables import WaveVariables
 
-KINDS = [Direct, ScaledForce, PositionDamping, WaveVariables, Tdpa, ModelMediated]
+KINDS = [Direct, ScaledForce, PositionDamping, FourChannel, WaveVariables, Tdpa, ModelMediated]
 FIRST = np.array([0.8, -1.04, 3.0, 1.0, 0.0, 0.0, 0.0, 3.0])
 
 

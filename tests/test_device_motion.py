@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from strategies import examples
 
 from scara_drake.common.fields import check
-from scara_drake.operator.device_motion import measure_device
+from scara_drake.operator.device_encoder import DeviceEncoder, show_motion
 from scara_drake.operator.kinesthetic_devices import DEVICES, OWN
 from scara_drake.operator.master import Master, move_device
 
@@ -62,7 +62,7 @@ def test_a_swing_on_the_spring_loses_the_same_way_each_half_period() -> None:
     swung = moved(spring, np.zeros(3000), np.zeros(3001), start=0.02)
     turns, step = [0.02], 2.0 * 0.3 / 200.0
     while abs(turns[-1]) > 0.3 / 200.0:
-        turns.append(-math.copysign(abs(turns[-1]) - step, turns[-1]))
+        turns.append(-math.copysign(1.0, turns[-1]) * (abs(turns[-1]) - step))
     half = math.pi * math.sqrt(0.2 / 200.0)
     for k, turn in enumerate(turns[1:-1], 1):
         index = round(k * half / PERIOD)
@@ -144,20 +144,25 @@ def test_the_workspace_ends_and_lets_go_at_once() -> None:
     np.testing.assert_allclose(motion[-1], [0.01 - 0.5 * 10.0 * 0.02**2, -10.0 * 0.02], rtol=1e-9)
 
 
+def encoder_of(master: Master) -> np.ndarray:
+    parameters: np.ndarray = DeviceEncoder(master, PERIOD).declaration.parameters["encoder"]
+    return parameters
+
+
 def test_the_encoder_shows_the_nearest_count_and_its_rate() -> None:
     touch = Master(device="touch", velocity_bandwidth=1e5)
-    device, shown = touch.parameters(PERIOD), np.zeros(6)
+    encoder, shown = encoder_of(touch), np.zeros(6)
     for k in range(200):
         motion = np.array([1e-4 * k, 2e-5 * math.sin(0.1 * k), -0.3e-5 * k, 0.0, 0.0, 0.0])
         before = shown.copy()
-        measure_device(device, motion, shown)
+        show_motion(motion, encoder, before, shown)
         assert (abs(shown[:3] - motion[:3]) <= 0.5 * 5.5e-5 + 1e-12).all()
         np.testing.assert_allclose(shown[:3] / 5.5e-5, np.rint(shown[:3] / 5.5e-5), atol=1e-9)
         np.testing.assert_allclose(shown[3:], (shown[:3] - before[:3]) / PERIOD, atol=1e-12)
     slow = replace(touch, velocity_bandwidth=50.0)
-    device, shown = slow.parameters(PERIOD), np.zeros(6)
+    encoder, shown = encoder_of(slow), np.zeros(6)
     for k in range(400):
-        measure_device(device, np.full(6, 5.5e-5 * k), shown)
+        show_motion(np.full(6, 5.5e-5 * k), encoder, shown.copy(), shown)
     assert shown[3] == pytest.approx(0.055, rel=1e-6)
 
 

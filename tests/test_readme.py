@@ -85,7 +85,7 @@ def try_scara_drake(page, arguments):
         assert player.play(options) == 2  # it is understood, but there is no such file
     if arguments[0] == "sweep":
         Runs(load_study(options.study)).check()
-    if arguments[0] not in ("run", "tune"):
+    if arguments[0] not in ("run", "tune", "attack"):
         return
     if Path(options.scenario).suffix:  # what another command of the page has written
         assert f"--output {options.scenario}" in page.read_text()

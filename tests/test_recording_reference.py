@@ -15,6 +15,7 @@ RUNS = [
     ("joint_sine", {"controller": "!Pid {}", "governor": "{}", "drives.lag": "{}"}),
     ("joint_sine", {"controller": "!InverseDynamics {}"}),
     ("bilateral", {}),
+    ("bilateral", {"operator.device": "touch"}),
     ("teleoperation", {"operator": "!Trainee {}", "task": "!TouchPoints {}"}),
 ]
 
@@ -42,6 +43,7 @@ def test_a_run_has_the_variables_and_attributes_that_are_told(name: str, setting
         "the scenario has `environment.cut`": scenario.environment.cut is not None,
         "the scenario has `kinesthetic`": scenario.kinesthetic is not None,
         "the operator is a `!Master`": "operator: !Master" in text,
+        "the device of a `!Master` has encoders with a resolution": "device: touch" in text,
         "a command crosses the channel": "operator: !JointMotion" not in text,
         "the uplink has packets": "up: !Packets" in text,
         "the downlink has packets": "down: !Packets" in text,

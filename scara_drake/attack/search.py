@@ -11,6 +11,7 @@ of the same size in a fixed order.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -63,14 +64,14 @@ class Plan:
 
 
 def search(
-    problem: Problem, plan: Plan, show: Callable[[int, float], None] = lambda runs, harm: None
+    problem: Problem, plan: Plan, show: Callable[[Sequence[Trial]], None] = lambda trials: None
 ) -> list[Trial]:
     """Return the runs of a search, in order.
 
     Args:
         problem: what is attacked.
         plan: how.
-        show: is called after each batch with the number of runs and the largest harm.
+        show: is called after each batch with the runs so far.
 
     Raises:
         ValueError: a number of the plan is out of its bounds.
@@ -82,7 +83,7 @@ def search(
         made = list(side_by_side(partial(tried, problem), batch, plan.jobs))
         tell(made)
         trials += made
-        show(len(trials), max(trial.harm for trial in trials))
+        show(trials)
         if plan.first and any(trial.breach for trial in made):
             break
     return trials
@@ -132,7 +133,6 @@ class _Round:
             bound.label: optuna.distributions.FloatDistribution(LEFT, 1.0) for bound in bounds
         }
         draws = np.random.SeedSequence([seed, number]).generate_state(1)
-        # The points of the Sobol sequence are its first ones.
         sampler = optuna.samplers.TPESampler(seed=int(draws[0]), n_startup_trials=0)
         self._study = optuna.create_study(direction="maximize", sampler=sampler)
         for trial in alone if number == 0 else []:
@@ -172,8 +172,6 @@ class _Round:
 
 def _rows(sobol: qmc.Sobol, count: int) -> Array:
     """Return the next points of the sequence; it warns of a count that is no power of two."""
-    import warnings
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return np.asarray(sobol.random(count))

@@ -1,8 +1,8 @@
 """What is found is made as small as it can be: delta debugging of an attack.
 
 The smallest attack is the one with the fewest fields, and of these the one nearest to what the
-scenario has itself, in shares of the fields' ranges. Whatever is left out changes nothing: without
-any one of the fields that remain, or with any of them at half its distance, no threshold is passed.
+scenario has itself, in shares of the fields' ranges. Without any one of the fields that remain no
+threshold is passed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import partial
 from typing import Final
 
 from scara_drake.attack.bounds import Attack, Bound
-from scara_drake.attack.space import DURATION, attacked
+from scara_drake.attack.space import DURATION
 from scara_drake.attack.trial import Problem, Trial, tried
 from scara_drake.common.parallel import side_by_side
 
@@ -74,13 +74,16 @@ class _Shrinking:
 
     def shrink(self, found: Attack, singles: Sequence[Attack]) -> Shrunk:
         """Return the smallest of the parts of an attack, and of some of a single field."""
-        attack = self._fewest(found, singles)
-        attack = self._shorter(attack)
-        trial = self._try([attack])[0]
-        names = [name for name in attack if name != DURATION]
-        others = self._try([_without(attack, name) for name in names])
+        attack = self._shorter(self._fewest(found, singles))
+        while True:
+            names = [name for name in attack if name != DURATION]
+            others = self._try([_without(attack, name) for name in names])
+            held = [other.attack for other in others if other.breach]
+            if not held:
+                break
+            attack = min(held, key=self._distance)
         without = {name: other.harm for name, other in zip(names, others, strict=True)}
-        return Shrunk(trial, len(self._known), without)
+        return Shrunk(self._try([attack])[0], len(self._known), without)
 
     def _fewest(self, attack: Attack, singles: Sequence[Attack]) -> Attack:
         """Return the smallest attack of fields of this one, or of the singles."""
@@ -128,7 +131,7 @@ class _Shrinking:
         """Return the attack in the shortest run that is still a breach."""
         scenario = self._problem.scenario
         runs = [
-            {**attack, DURATION: math.ceil(share * scenario.duration / 0.01) * 0.01}
+            {**attack, DURATION: round(math.ceil(share * scenario.duration / 0.01) * 0.01, 2)}
             for share in SHORTER
         ]
         # What is placed by the duration of the scenario stays where it is.
@@ -139,11 +142,12 @@ class _Shrinking:
         """Return how far an attack is from the scenario, in shares of the ranges."""
         total = 0.0
         for name, value in attack.items():
+            if name == DURATION:
+                continue
             bound = self._bounds[name]
             own = self._own(bound)
-            total += (
-                float(value != own) if bound.words else abs(bound.share(value) - bound.share(own))
-            )
+            way = abs(bound.share(value) - bound.share(own))
+            total += float(value != own) if bound.words else way
         return total
 
     def _own(self, bound: Bound) -> float | str:
@@ -182,6 +186,3 @@ def changed_fields(problem: Problem, trial: Trial) -> dict[str, str]:
         name: f"{value:g} s" if name == DURATION else bounds[name].shown(value)
         for name, value in trial.attack.items()
     }
-
-
-__all__ = ["Shrunk", "attacked", "changed_fields", "shrink"]

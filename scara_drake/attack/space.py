@@ -50,9 +50,8 @@ def attacked(scenario: Scenario, attack: Attack) -> Scenario:
     made.seed = int(attack.get("channel.seed", scenario.seed))
     own = scenario.channel
     up, down = (_attacked_link(scenario, name, attack) for name in ("up", "down"))
-    made.channel = replace(
-        own, up=up, down=down, preset="", max_delay=max(own.max_delay, up.longest, down.longest)
-    )
+    longest = max(own.max_delay, up.maximum(), down.maximum())
+    made.channel = replace(own, up=up, down=down, preset="", playout="own", max_delay=longest)
     made.operator = _attacked_hand(scenario, attack)
     if scenario.environment.surfaces:
         first, *others = scenario.environment.surfaces

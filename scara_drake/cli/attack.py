@@ -7,6 +7,7 @@ import json
 import math
 import shlex
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
@@ -27,6 +28,7 @@ from scara_drake.cli.outputs import check_output
 from scara_drake.common.files import write_whole
 from scara_drake.common.parallel import job_count
 from scara_drake.scenario import load_scenario, parse_overrides
+from scara_drake.stability.certificates import certify
 
 FOUND: Final = 1  # exit status
 
@@ -92,10 +94,11 @@ def _searched(problem: Problem, plan: Plan) -> list[Trial]:
         )
         bar = progress.add_task(problem.scenario.name, total=plan.runs, harm="")
 
-        def show(done: int, harm: float) -> None:
+        def show(trials: Sequence[Trial]) -> None:
             if not progress.live.is_started:
                 shown.enter_context(progress)
-            progress.update(bar, completed=done, harm=f"{harm:.3g}")
+            harm = max(trial.harm for trial in trials)
+            progress.update(bar, completed=len(trials), harm=f"{harm:.3g}")
 
         return search(problem, plan, show)
 
@@ -116,7 +119,8 @@ def _tell(report: Report, console: Console) -> None:
     """Print what was tried, what came near, and what was found."""
     console.print(_coverage_table(report))
     console.print(_objectives_table(report))
-    for sentence in sentences(report):
+    proven = [f"In theory: {line}" for line in certify(report.problem.scenario).lines()]
+    for sentence in [*sentences(report), *proven]:
         console.print(sentence, markup=False, highlight=False, soft_wrap=True)
 
 

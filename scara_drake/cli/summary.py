@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -18,6 +19,7 @@ from scara_drake.simulation.pacing import Timing
 from scara_drake.simulation.run import Run
 
 Row = tuple[str, str, str]
+STANDS = 3.0  # of `policy_phase`: the picture
 
 
 def print_summary(
@@ -37,6 +39,8 @@ def print_summary(
     console.print(table)
     if result.engine_reason:
         _say(console, f"Drake ran it: {result.engine_reason}")
+    if "policy_leg" in recording:
+        _say(console, work_words(recording))
     if recording.attrs.get("device"):
         _say(console, f"Operator: {recording.attrs['device']}")
     print_first_posture(console, recording.attrs)
@@ -71,6 +75,16 @@ def print_score(console: Console, recording: xr.Dataset) -> None:
 def _say(console: Console, sentence: str) -> None:
     """Print a sentence as it is: the name of a device may be anything."""
     console.print(f"{sentence}.", highlight=False, soft_wrap=True, markup=False)
+
+
+def work_words(recording: xr.Dataset) -> str:
+    """Say how far an operator who reacts came with his work."""
+    legs, done = int(recording.policy_leg[-1]), metrics.completion_time(recording)
+    moves = metrics.move_count(recording)
+    if done == done:
+        return f"The operator's work: done after {done:.1f} s, in {moves} moves"
+    blind = " as the picture stands still" if recording.policy_phase[-1] == STANDS else ""
+    return f"The operator's work: not done{blind}; {legs} of its stages, in {moves} moves"
 
 
 def timing_words(timing: Timing) -> str:
@@ -124,6 +138,9 @@ def _links(recording: xr.Dataset) -> Iterator[Row]:
                 depth = 1e3 * float(recording[f"playout_depth_{link}"].max())
                 yield f"packets {link}, in the buffer", told + skipped, f"{depth:.0f} ms deep"
             yield f"longest gap {link}", "", f"{1e3 * found.longest_gap:.0f} ms"
+            yield f"packets {link}, a second", f"{found.packets_per_second:.0f}", ""
+            if not math.isnan(found.numbers):
+                yield f"load {link}", f"{found.kilobits_per_second():.1f} kbit/s", ""
 
 
 def _error(curve: curves.Curve, recording: xr.Dataset) -> Iterator[Row]:

@@ -139,6 +139,10 @@ class Coupling:
             return self.impedance_scale * surface
         return self.impedance_scale * surface * spring / (surface + spring)
 
+    def asked_damping(self) -> float:
+        """Return the damping [N s/m] that the kind itself asks of the device."""
+        return 0.0
+
     @abstractmethod
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""

@@ -137,6 +137,10 @@ class PositionDamping(Coupling):
         """Return the `damping_margin` for the longest delays up and down [s]."""
         return damping_margin(self.stiffness, self.damping, up, down)
 
+    def asked_damping(self) -> float:
+        """That of the device [N s/m]; it is not cut, for the condition needs it."""
+        return self.impedance_scale * self.damping
+
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
         place = ((POSITION.slices["x"], "place"),)

@@ -30,8 +30,8 @@ a wall: no force, so no energy, so no force.
 """
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from numba import njit
@@ -212,6 +212,15 @@ class Tdpa(Coupling):
     def reserves(self) -> float:
         """E0 of both directions."""
         return 2.0 * self.reserve
+
+    def within(self, stiffness: float, damping: float) -> Self:
+        """The coupling whose damping at the device is cut to what that renders [N s/m]."""
+        most = damping / self.impedance_scale
+        return replace(self, master_damping=min(self.master_damping, most))
+
+    def asked_damping(self) -> float:
+        """That of the device beside its force [N s/m]."""
+        return self.impedance_scale * self.master_damping
 
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""

@@ -274,6 +274,10 @@ class WaveVariables(Coupling):
         """E0 of the master."""
         return self.reserve
 
+    def asked_damping(self) -> float:
+        """The impedance of the waves [N s/m], which the device shows to fast motion."""
+        return self.impedance_scale * self.impedance
+
     def exchange(self) -> Exchange:
         """What the kind sends, remembers and does."""
         up, down = (UP_WITH_INTEGRAL, DOWN_WITH_INTEGRAL) if self.integrals else (UP, DOWN)

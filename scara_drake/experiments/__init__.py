@@ -39,11 +39,21 @@ from scara_drake.experiments.inverse_kinematics import (
 )
 from scara_drake.experiments.literature import (
     certificates,
+    dead_band,
+    delay_against_loss,
     delayed_wall,
     displayed_impedance,
+    operators_under_delay,
+    quantised_wall,
     standard_cases,
 )
-from scara_drake.experiments.teleoperation import couplings, figure_22, figure_28, figures_20_27
+from scara_drake.experiments.teleoperation import (
+    couplings,
+    devices,
+    figure_22,
+    figure_28,
+    figures_20_27,
+)
 
 EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "table_1": stated_numbers.table_1,
@@ -72,11 +82,16 @@ EXPERIMENTS: Final[dict[str, Callable[..., Experiment]]] = {
     "windup": windup.run,
     "perturbation_observer": perturbation_observer.run,
     "couplings": couplings.run,
+    "devices": devices.run,
+    "quantised_wall": quantised_wall.run,
     "displayed_impedance": displayed_impedance.run,
     "stability": stability.run,
+    "delay_against_loss": delay_against_loss.run,
     "delayed_wall": delayed_wall.run,
+    "dead_band": dead_band.run,
     "certificates": certificates.run,
     "standard_cases": standard_cases.run,
+    "operators_under_delay": operators_under_delay.run,
 }
 
 __all__ = [

@@ -5,6 +5,7 @@ from scara_drake.metrics.contact import yielding_joints
 from scara_drake.metrics.judgement import Verdict, verdict
 from scara_drake.metrics.limits import beyond_range, saturated_share, speed_ratio
 from scara_drake.metrics.links import Traffic, traffic
+from scara_drake.metrics.policy import completion_time, move_count
 from scara_drake.metrics.scores import Criterion, Score, score
 from scara_drake.metrics.tracking import (
     Value,
@@ -38,12 +39,14 @@ __all__ = [
     "beyond_range",
     "chatter",
     "command_error",
+    "completion_time",
     "contact_force",
     "energy",
     "iae",
     "ise",
     "itae",
     "lag",
+    "move_count",
     "outside_layer",
     "overshoot",
     "peak",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Final, NamedTuple
@@ -32,6 +33,7 @@ from scara_drake.metrics.manual import (
 )
 from scara_drake.metrics.noticed import noticed
 from scara_drake.metrics.offsets import delay_derivative, force_offsets, tool_offsets
+from scara_drake.metrics.policy import completion_time
 from scara_drake.metrics.scales import Scales, scales_of
 from scara_drake.metrics.squared_force import squared_force
 from scara_drake.metrics.tracking import energy, peak, percentile95, rmse, total_variation
@@ -75,7 +77,16 @@ class Figure(NamedTuple):
 def figures(recording: xr.Dataset) -> dict[str, Figure]:
     """Return the figures of a recording by name; those that it has the variables for."""
     found = [*_of_curves(recording)]
-    for part in (_drives, _contact, _command, _links, _coupling, _offsets, _by_hand):
+    for part in (
+        _drives,
+        _contact,
+        _command,
+        _links,
+        _coupling,
+        _offsets,
+        _by_hand,
+        _policy,
+    ):
         found += part(recording)
     return {figure.name: figure for figure in found}
 
@@ -125,6 +136,9 @@ def _links(recording: xr.Dataset) -> Iterator[Figure]:
                 late = 100.0 * found.late / max(found.sent, 1)
                 yield Figure(f"packets {link}, late", "%", late)
             yield Figure(f"longest gap {link}", "ms", 1e3 * found.longest_gap)
+            yield Figure(f"packets {link}", "1/s", found.packets_per_second)
+            if not math.isnan(found.numbers):
+                yield Figure(f"load {link}", "kbit/s", found.kilobits_per_second())
 
 
 def _coupling(recording: xr.Dataset) -> Iterator[Figure]:
@@ -173,3 +187,9 @@ def _by_hand(recording: xr.Dataset) -> Iterator[Figure]:
             yield Figure("displayed stiffness", "N/m", felt.stiffness)
     with suppress(ValueError):  # it touches from the start, or the master hardly moves
         yield Figure("resistance in free motion", "N s/m", free_resistance(recording).damping)
+
+
+def _policy(recording: xr.Dataset) -> Iterator[Figure]:
+    if "policy_done_at" in recording:
+        yield Figure("the operator's work is done after", "s", completion_time(recording))
+        yield Figure("stages done by the operator", "1", float(recording.policy_leg[-1]))

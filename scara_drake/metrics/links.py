@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -15,6 +16,9 @@ Array = NDArray[np.float64]
 
 LINKS: Final = ("up", "down")
 OUTAGE: Final = 0.1  # [s] without a packet, from which on it is called an outage
+NUMBER: Final = 8.0  # [B]: of a number in a packet, a float64; a float32 has 4
+HEADER: Final = 28.0  # [B]: of a packet, 20 of IPv4 (RFC 791) and 8 of UDP (RFC 768)
+BYTE: Final = 8.0  # [bit]
 TICKS: Final = 5e-3  # [s], above any time step: the age is that of the tick before the sample
 
 
@@ -31,6 +35,8 @@ class Traffic:
         longest_gap: without a packet that could be used [s].
         outages: gaps longer than `OUTAGE`.
         silent: since the last packet, at the end of the recording [s].
+        duration: of the recording [s].
+        numbers: in a packet; NaN where the recording does not say, as those of before do not.
     """
 
     sent: int
@@ -41,6 +47,23 @@ class Traffic:
     longest_gap: float
     outages: tuple[Stretch, ...]
     silent: float
+    duration: float = math.nan
+    numbers: float = math.nan
+
+    @property
+    def packets_per_second(self) -> float:
+        """How many are sent, on average [1/s]."""
+        return self.sent / self.duration if self.duration > 0.0 else math.nan
+
+    def kilobits_per_second(self, number: float = NUMBER, header: float = HEADER) -> float:
+        """Return what the packets sent take of a network, on average [kbit/s].
+
+        Args:
+            number: size of a number in a packet [B].
+            header: size of what the network adds to each packet [B].
+        """
+        size = BYTE * (header + number * self.numbers)
+        return 1e-3 * size * self.packets_per_second
 
     @property
     def received(self) -> int:
@@ -86,4 +109,6 @@ def traffic(recording: xr.Dataset, link: str) -> Traffic | None:
         longest_gap=float(silent.max()),
         outages=tuple(Stretch(max(gap.start - OUTAGE, 0.0), gap.end, gap.open) for gap in gaps),
         silent=float(silent[-1]),
+        duration=float(t[-1] - t[0]),
+        numbers=float(recording.attrs.get(f"packet_numbers_{link}", math.nan)),
     )

@@ -45,8 +45,6 @@ class MasterRow(NamedTuple):
         viscous: friction of device and hand [N s/m].
         friction: Coulomb's [N].
         workspace: where its ends are [m].
-        resolution: count of the encoders [m].
-        decay: share of the velocity's filter that is left after a period.
     """
 
     transition: Array
@@ -58,8 +56,6 @@ class MasterRow(NamedTuple):
     viscous: float
     friction: float
     workspace: float
-    resolution: float
-    decay: float
 
 
 DEVICE = Layout(MasterRow, transition=(2, 4))
@@ -227,18 +223,3 @@ def move_device(
             speeds[i] = 0.0
         target[i] = target_next[i]
         f_hand[i] = d.stiffness * (target[i] - positions[i]) + d.damping * (speed - speeds[i])
-
-
-@njit(cache=True)
-def measure_device(device: Array, motion: Array, measured: Array) -> None:
-    """Write what the device's driver gives of its motion (6,) into `measured` (6,).
-
-    The position is rounded to a count. The velocity is the difference to the one before over the
-    period, through a filter of first order.
-    """
-    d = device_of(device)
-    for i in range(3):
-        count = d.resolution * np.rint(motion[i] / d.resolution)
-        slope = (count - measured[i]) / d.period
-        measured[3 + i] = slope + d.decay * (measured[3 + i] - slope)
-        measured[i] = count

@@ -29,7 +29,7 @@ from scara_drake.operator.device_motion import DEVICE, move_device
 from scara_drake.operator.hand import WAYPOINT, Sweep
 from scara_drake.operator.kinesthetic_devices import DEVICES, OWN, KinestheticDevice
 from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
-from scara_drake.operator.master_steps import STEPS
+from scara_drake.operator.master_steps import guided_step, master_step
 from scara_drake.operator.policy import Policy
 from scara_drake.vectors import held_command
 
@@ -162,8 +162,6 @@ class Master:
             viscous=hardware.viscous + self.hand_damping,
             friction=hardware.friction,
             workspace=hardware.workspace or math.inf,
-            resolution=hardware.resolution,
-            decay=math.exp(-self.velocity_bandwidth * period),
         )
 
     def transition(self, period: float) -> Array:
@@ -195,12 +193,9 @@ class SimulatedMaster(Block):
         input f_master (3) [N]: commanded force of the device, each axis; positive resists motion in
             the positive direction.
         input hand_wanted (3) [m]: hand_target a period later; with a policy only.
-        output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace,
-            as its driver gives them, see `measure_device`.
+        output motion_master (6) [m, m/s]: x_m, v_m of the device from the centre of its workspace.
         output hand_target (3) [m]: where the hand wants to be.
         output f_hand (3) [N]: force of the hand on the device.
-        output motion_device (6) [m, m/s]: its true motion; only of a device whose encoders have a
-            resolution, for without it is motion_master.
 
     Update, at t = k period: the motion from t to t + period, see `move_device`.
     Initial: at rest at zero.
@@ -216,7 +211,6 @@ class SimulatedMaster(Block):
     def __init__(self, master: Master, period: float = 1e-3) -> None:
         check(master, "master")
         checks.number("period", period, 1e-4, 0.1)
-        measured = master.hardware().resolution > 0.0
         guided = master.policy is not None
         super().__init__(
             Declaration(
@@ -226,7 +220,6 @@ class SimulatedMaster(Block):
                     "motion_master": Memory(6, port=True),
                     "hand_target": Memory(3, port=True),
                     "f_hand": Memory(3, port=True),
-                    **({"motion_device": Memory(6, port=True)} if measured else {}),
                 },
                 parameters={
                     "device": master.parameters(period),
@@ -234,7 +227,7 @@ class SimulatedMaster(Block):
                     "sweep": master.sweep.parameters(),
                 },
                 period=period,
-                update=STEPS[guided, measured],
+                update=guided_step if guided else master_step,
             )
         )
 

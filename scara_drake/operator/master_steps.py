@@ -1,14 +1,12 @@
-"""The tick of a simulated master, as kernels: who moves the hand, and what the device measures."""
+"""The tick of a simulated master, as kernels: who moves the hand."""
 
 from __future__ import annotations
-
-from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scara_drake.operator.device_motion import device_of, measure_device, move_device
+from scara_drake.operator.device_motion import device_of, move_device
 from scara_drake.operator.hand import hand_target_at
 
 Array = NDArray[np.float64]
@@ -42,44 +40,3 @@ def guided_step(
 ) -> None:
     """One tick of `SimulatedMaster` with a policy, in place."""
     move_device(device, f_master, hand_wanted, motion_master, hand_target, f_hand)
-
-
-@njit(cache=True)
-def measured_step(
-    t: float,
-    f_master: Array,
-    device: Array,
-    waypoints: Array,
-    sweep: Array,
-    motion_device: Array,
-    motion_master: Array,
-    hand_target: Array,
-    f_hand: Array,
-) -> None:
-    """One tick of `SimulatedMaster` whose device has encoders, in place."""
-    master_step(t, f_master, device, waypoints, sweep, motion_device, hand_target, f_hand)
-    measure_device(device, motion_device, motion_master)
-
-
-@njit(cache=True)
-def measured_guided_step(
-    hand_wanted: Array,
-    f_master: Array,
-    device: Array,
-    motion_device: Array,
-    motion_master: Array,
-    hand_target: Array,
-    f_hand: Array,
-) -> None:
-    """One tick of `SimulatedMaster` with a policy, whose device has encoders, in place."""
-    move_device(device, f_master, hand_wanted, motion_device, hand_target, f_hand)
-    measure_device(device, motion_device, motion_master)
-
-
-# By whether a policy moves the hand, and whether the device has encoders.
-STEPS: Final = {
-    (False, False): master_step,
-    (True, False): guided_step,
-    (False, True): measured_step,
-    (True, True): measured_guided_step,
-}

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from scara_drake.common.draws import normal
 from scara_drake.common.scratch import scratch
-from scara_drake.operator.aiming import TOUCHED, dot
+from scara_drake.operator.aiming import TOUCHED, dot, unit_from
 from scara_drake.operator.moves import (
+    AT_REST,
     DONE,
     MOVING,
     PEAK,
@@ -27,6 +28,7 @@ from scara_drake.operator.moves import (
 from scara_drake.operator.policy_sense import (
     DRAWS,
     ends_stage,
+    late_force,
     look,
     pressing,
     sense_of,
@@ -38,7 +40,7 @@ from scara_drake.operator.policy_sense import (
 
 Array = NDArray[np.float64]
 
-SOFTEST: Final = 0.1  # of the hand's stiffness: softer is nothing taken to be
+SOFTEST: Final = 0.2  # of the hand's stiffness: nothing is taken to be softer
 TELLING: Final = 0.001  # [m], a shorter move says nothing of a stiffness
 
 
@@ -56,8 +58,8 @@ def move_into(stage: Array, draw: int, worker: Array, mind: Array, sense: Array)
         return w.caution / s.stiffness[()]
     way = depth - s.depth[()]
     if s.pressed[()] > 0.0 and abs(way) > TELLING:
-        met = (pressed - s.pressed[()]) / way
-        s.stiffness[()] = min(max(met, SOFTEST * w.hand_stiffness), w.hand_stiffness)
+        met = max((pressed - s.pressed[()]) / way, SOFTEST * w.hand_stiffness)
+        s.stiffness[()] = min(0.5 * (s.stiffness[()] + met), w.hand_stiffness)
     s.pressed[()], s.depth[()] = pressed, depth
     return w.gain * (g.force - pressed) / s.stiffness[()]
 
@@ -66,13 +68,17 @@ def move_into(stage: Array, draw: int, worker: Array, mind: Array, sense: Array)
 def plan_move(
     stage: Array, believed: Array, draw: int, worker: Array, mind: Array, sense: Array
 ) -> None:
-    """Write the next move into the mind, with the scatter of the aim."""
+    """Write the next move into the mind, with the scatter of the aim.
+
+    One to a place also takes back what the hand is ahead of the device by the force in it.
+    """
     g, w, m = stage_of(stage), worker_of(worker), mind_of(mind)
     if dot(g.normal, g.normal) > 0.0:
         m.move[:] = -move_into(stage, draw, worker, mind, sense) * g.normal
     else:
+        held = late_force(mind)
         for i in range(3):
-            m.move[i] = w.gain * (g.place[i] - believed[i])
+            m.move[i] = w.gain * (g.place[i] - believed[i]) - held[i] / w.hand_stiffness
     length = math.sqrt(dot(m.move, m.move))
     for i in range(3):
         scatter = normal(int(w.seed), DRAWS * draw + i)
@@ -80,17 +86,31 @@ def plan_move(
 
 
 @njit(cache=True)
-def begin(t: float, worker: Array, mind: Array) -> None:
-    """Begin the move that is in the mind, and time it if it is long and none is being timed."""
+def begin(t: float, timed: bool, worker: Array, mind: Array) -> None:
+    """Begin the move that is in the mind, and time it if it is long and none is being timed.
+
+    One from or into a touch is not timed: the surface may keep it from being seen.
+    """
     w, m = worker_of(worker), mind_of(mind)
     length = math.sqrt(dot(m.move, m.move))
     m.lasts[()] = max(PEAK * length / w.max_speed, SHORTEST)
     m.phase[()], m.since[()] = MOVING, t
     m.moves[()] += 1.0
     m.begun[:] = m.aim
-    if length >= SEEN and m.timed[()] < 0.0:
+    if timed and length >= SEEN and m.timed[()] < 0.0:
         m.timed[()] = t
         m.looked[:] = m.history[m.history.size - 6 : m.history.size - 3]
+
+
+@njit(cache=True)
+def rests(t: float, worker: Array, mind: Array, sense: Array) -> bool:
+    """Whether he is ready for the next move, and has seen the tool at rest for a reaction."""
+    w, m, s = worker_of(worker), mind_of(mind), sense_of(sense)
+    way = scratch(3)
+    if unit_from(m.history[m.history.size - 6 : m.history.size - 3], m.history[:3], way) > AT_REST:
+        s.moved[()] = t
+    trusted = s.moved[()] if w.trust == 1.0 else m.since[()]
+    return t >= max(trusted, m.since[()]) + w.reaction and is_ready(t, w.trust, mind)
 
 
 @njit(cache=True)
@@ -102,8 +122,11 @@ def decide(t: float, motion_master: Array, worker: Array, mind: Array, sense: Ar
     judged = ends_stage(t, believed, draw, worker, mind, sense)
     if judged == 1 or m.phase[()] == DONE:
         return
-    plan_move(stage_at(mind, worker), believed, draw, worker, mind, sense)
-    begin(t, worker, mind)
+    stage = stage_at(mind, worker)
+    plan_move(stage, believed, draw, worker, mind, sense)
+    normal_, held = stage_of(stage).normal, late_force(mind)
+    free = dot(normal_, normal_) == 0.0 and dot(held, held) < TOUCHED**2
+    begin(t, free, worker, mind)
 
 
 @njit(cache=True)
@@ -129,5 +152,5 @@ def move_and_wait(
         watch_move(t, w.reaction, m.history[late : late + 3], mind)
     if m.phase[()] == MOVING:
         carry_on(t, mind)
-    elif looks and t >= m.since[()] + w.reaction and is_ready(t, w.trust, mind):
+    elif looks and rests(t, worker, mind, sense):
         decide(t, motion_master, worker, mind, sense)

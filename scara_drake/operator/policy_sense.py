@@ -91,6 +91,7 @@ class Sense(NamedTuple):
         stamp: when the newest picture was taken [s].
         fresh: when it came [s].
         frozen: whether the picture stands still.
+        moved: when the tool was last seen to move [s].
         done_at: when the last stage was done [s]; negative before.
         stiffness: that he last met [N/m].
         pressed: force when he last decided [N]; zero where he touched nothing.
@@ -100,6 +101,7 @@ class Sense(NamedTuple):
     stamp: Cell
     fresh: Cell
     frozen: Cell
+    moved: Cell
     done_at: Cell
     stiffness: Cell
     pressed: Cell

@@ -161,11 +161,11 @@ SIGNALS: Final[dict[str, Signal]] = {
     ),
     "x_master": Signal("motion_master", 0, _AXIS, "m", "motion of the master's device", False),
     "v_master": Signal("motion_master", 3, _AXIS, "m/s", "rate of the master's device", False),
-    "x_device": Signal(
-        "motion_device", 0, _AXIS, "m", "true motion of the device, beside its encoders", False
+    "x_master_measured": Signal(
+        "motion_measured", 0, _AXIS, "m", "motion of the device, by its encoders", False
     ),
-    "v_device": Signal(
-        "motion_device", 3, _AXIS, "m/s", "true rate of the device, beside its driver", False
+    "v_master_measured": Signal(
+        "motion_measured", 3, _AXIS, "m/s", "rate of the device, by its driver", False
     ),
     "f_master": Signal(
         "f_master", 0, _AXIS, "N", "force of the device, before its actuators' limit", False
@@ -265,7 +265,7 @@ PRESENT: Final[dict[str, str]] = {
     "device_connected": "the operator's device is a live one",
     "f_kinesthetic": "the scenario has `kinesthetic`",
     "motion_master": "the operator is a `!Master`",
-    "motion_device": "the device of a `!Master` has encoders with a resolution",
+    "motion_measured": "the device of a `!Master` has encoders with a resolution",
     "f_master": "the operator is a `!Master`",
     "f_hand": "the operator is a `!Master`",
     "hand_target": "the operator is a `!Master`",
@@ -306,6 +306,8 @@ ATTRIBUTES: Final[dict[str, str]] = {
     "engine": "what ran the Diagram: `drake` or `compiled`",
     "engine_reason": "why it was not the other, where there is a reason",
     "device": "the operator's device, or the trace in its place",
+    "packet_numbers_up": "how many numbers are in a packet up, with all that the receiver gets",
+    "packet_numbers_down": "the same of a packet down",
     "score": "of its task, 0 to 100, see [training](training.md)",
     "score_table": "its criteria with values, bounds and points, JSON",
     "ended_by": "what ended the run: `duration`, an interrupt, an error, `cut off`, damage",

@@ -10,6 +10,7 @@ coupling ask of it that it does not have.
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,19 @@ def _device(scenario: Scenario) -> list[str]:
             f"{hardware.force:.3g} N at most: what is above is not felt"
         )
     coupling = scenario.coupling.within(hardware.stiffness, hardware.damping)
+    for entry in fields(coupling):
+        before, after = (getattr(one, entry.name) for one in (scenario.coupling, coupling))
+        if after != before:
+            told.append(
+                f"coupling.{entry.name} is cut from {before:.4g} to {after:.4g}, as much as the "
+                f"device {master.device} renders"
+            )
+    asked = coupling.asked_damping()
+    if asked > hardware.damping:
+        told.append(
+            f"the coupling asks the device {master.device} for {asked:.4g} N s/m, it renders "
+            f"{hardware.damping:.4g} N s/m: expect it to buzz"
+        )
     for surface in scenario.environment.surfaces:
         asked = coupling.asked_stiffness(surface.stiffness)
         if asked > hardware.stiffness:

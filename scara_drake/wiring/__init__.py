@@ -35,6 +35,16 @@ def link_signals(link: System, direction: str) -> Signals:
     return {names[name]: port for name, port in outputs(link) if name in names}
 
 
+def packet_sizes(signals: Signals) -> dict[str, int]:
+    """Return how many numbers are in a packet of each link that has packets, for the recording."""
+    links = {name: signals.get(f"packet_counts_{name}") for name in ("up", "down")}
+    return {
+        f"packet_numbers_{name}": cast(System, port.get_system()).GetInputPort("signal_sent").size()
+        for name, port in links.items()
+        if port is not None
+    }
+
+
 def connect_by_name(builder: DiagramBuilder, system: System, signals: Signals) -> Signals:
     """Connect the inputs of a system to the signals of their names; return its outputs."""
     for name, port in signals.items():

@@ -29,6 +29,7 @@ from scara_drake.channel.links import received_by
 from scara_drake.channel.packets import Packets
 from scara_drake.ik.system import InverseKinematicsSystem
 from scara_drake.kinematics import forward_kinematics
+from scara_drake.operator.device_encoder import DeviceEncoder
 from scara_drake.operator.master import SimulatedMaster
 from scara_drake.operator.policy import OperatorPolicy
 from scara_drake.wiring import Signals, connect_by_name, link_signals, outputs
@@ -68,6 +69,11 @@ def add_bilateral(
     hardware = master.hardware()
     coupling = coupling.within(hardware.stiffness, hardware.damping)
     device = builder.AddNamedSystem("master", SimulatedMaster(master, period))
+    motion, shown = device.GetOutputPort("motion_master"), []
+    if hardware.resolution > 0.0:
+        encoder = builder.AddNamedSystem("device_encoder", DeviceEncoder(master, period))
+        builder.Connect(motion, encoder.get_input_port())
+        motion, shown = encoder.get_output_port(), [encoder]
     near = builder.AddNamedSystem("coupling_master", coupling.make_master(period, hardware.force))
     # The bandwidth tells the coupling how its commands are followed.
     bandwidth = scenario.inverse_kinematics.bandwidth
@@ -92,7 +98,7 @@ def add_bilateral(
         builder.Connect(source.GetOutputPort(output), target.GetInputPort(name))
 
     connect(near, "f_master", device, "f_master")
-    connect(device, "motion_master", near, "motion_master")
+    builder.Connect(motion, near.GetInputPort("motion_master"))
     connect(uplink, "signal_received", far, "packet_from_master")
     connect(downlink, "signal_received", near, "packet_from_slave")
     builder.Connect(f_env_on_tool_W, far.GetInputPort("f_env_on_tool_W"))
@@ -100,7 +106,7 @@ def add_bilateral(
     connect(far, "tool_command", kinematics, "tool_command")
 
     made: Signals = {}
-    for system in (device, near, far, kinematics):
+    for system in (device, *shown, near, far, kinematics):
         made |= dict(outputs(system))
     made["tool_command_received"] = made.pop("tool_command")
     if master.policy is not None:

@@ -15,7 +15,7 @@ from scara_drake.display.scene import add_visualization
 from scara_drake.display.task import TaskAnnotations
 from scara_drake.recordings.recorder import Origin, add_recorder
 from scara_drake.scenario import dump_scenario
-from scara_drake.wiring import Signals, plant_of
+from scara_drake.wiring import Signals, packet_sizes, plant_of
 from scara_drake.wiring.supervised import with_supervision
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def add_export(
     if builder.HasSubsystemNamed("operator_supervisor"):
         scenario = with_supervision(scenario)  # that a live device has, so that it runs again
     text, duration = dump_scenario(scenario), scenario.duration
-    notes = _notes(answer, device_name(signals))
+    notes = _notes(answer, device_name(signals)) | packet_sizes(signals)
     origin = Origin(scenario.name, text, scenario.seed, surfaces, duration, notes)
     periodic = periods(signals)
     add_recorder(builder, signals, origin, periodic, scenario.time_step, scenario.sample_period)

@@ -11,6 +11,7 @@ from scara_drake.scenario import load_scenario
 from scara_drake.wiring.bilateral import own_latency
 
 DIRECT, FULL, TENTH, MODEL = "direct", "TDPA", "TDPA, force x 0.1", "model-mediated"
+WAVES = "wave variables"
 SCENARIO = "bilateral"
 HELD, APART = 1.0, 0.2  # [s], and share of the force
 PEAK = {FULL: 40.0, TENTH: 10.0}  # [N]
@@ -37,7 +38,80 @@ def claims(data: xr.Dataset) -> list[Claim]:
         made.append(_model(data))
     if FULL in names and MODEL in names:
         made.append(_cost(data))
+    if WAVES in names and FULL in names:
+        made += _jitter(data)
     return made
+
+
+def _jitter(data: xr.Dataset) -> list[Claim]:
+    """What jitter costs the waves, and what a buffer gives back."""
+    error = 1e3 * data.delayed_position_error
+    short, long, jittery, behind = (error.sel(coupling=WAVES, delays=name) for name in data.delays)
+    tdpa = error.sel(coupling=FULL)
+    spread = float(tdpa.max() - tdpa.min())
+    made = [
+        Claim(
+            "Half a millisecond of jitter costs the waves more than twenty more of delay, and "
+            "TDPA nothing",
+            None,
+            tuple(
+                quantity(
+                    {
+                        str(n): float(e)
+                        for n, e in zip(data.delays.values, error.sel(coupling=c), strict=True)
+                    },
+                    "mm",
+                    f"tool from master, {c}",
+                )
+                for c in (WAVES, FULL)
+            ),
+            Criterion(
+                "the waves' error while pressing grows more from the jitter than from the delay, "
+                "through a buffer by less than a tenth of that; TDPA's differs by less than 0.1 mm",
+                bool(jittery - short > long - short > 0.0)
+                and bool(abs(behind - short) < 0.1 * (jittery - short))
+                and spread < 0.1,
+            ),
+            "A wave that is overtaken is never played, and is motion that never happens; TDPA "
+            "sends positions, of which the newest is enough.",
+            OURS,
+        )
+    ]
+    return made + _buffer(data)
+
+
+def _buffer(data: xr.Dataset) -> list[Claim]:
+    known = data.sel(coupling=WAVES).dropna("preset", subset=["buffered_contact"])
+    if not known.preset.size:
+        return []
+    wall = known.sel(case="wall")
+    off = abs(known.buffered_transparency_error / known.buffered_closed_form - 1.0)
+    return [
+        Claim(
+            "Through the buffer that is recommended the waves keep in contact",
+            None,
+            (
+                quantity(_by_preset(1e2 * wall.contact), "%", "in contact without a buffer"),
+                quantity(_by_preset(1e2 * wall.buffered_contact), "%", "and through it"),
+                quantity(_by_preset(1e3 * wall.position_error), "mm", "error without a buffer"),
+                quantity(_by_preset(1e3 * wall.buffered_position_error), "mm", "and through it"),
+                quantity(1e2 * off, "%", "impedance from its closed form, through it", missing="-"),
+            ),
+            Criterion(
+                "in contact all the time and with a smaller error over each channel with jitter, "
+                "where its impedance was swept within 5 % of the closed form",
+                bool((wall.buffered_contact > 0.999).all())
+                and bool((wall.buffered_position_error < wall.position_error).all())
+                and bool((off.isnull() | (off < 0.05)).all()),
+            ),
+            "Behind a buffer jitter is delay.",
+            OURS,
+        )
+    ]
+
+
+def _by_preset(values: xr.DataArray) -> dict[str, float]:
+    return {str(n): float(v) for n, v in zip(values.preset.values, values.values, strict=True)}
 
 
 def _direct(data: xr.Dataset) -> Claim:
