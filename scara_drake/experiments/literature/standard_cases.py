@@ -3,8 +3,8 @@ r"""The standard cases of Niemeyer and Slotine, and of Hannaford and Ryu. Not in
 Niemeyer and Slotine (IEEE Journal of Oceanic Engineering 16, 1991, 152): positions and forces that
 are exchanged over a delay are unstable, waves are not; a wave comes back from an end of impedance Z
 as its part :math:`(b - Z) / (b + Z)`, and not at all where the end is matched, Z = b. Hannaford and
-Ryu (IEEE Transactions on Robotics and Automation 18, 2002, 1): a stiff virtual wall, 30 kN/m at
-1 kHz, that makes energy and swings without a passivity controller is quiet with one.
+Ryu (IEEE Transactions on Robotics and Automation 18, 2002, 1): a stiff virtual wall that makes
+energy and swings without a passivity controller is quiet with one. How stiff it is here is ours.
 
 The contacts are runs of the scenario `bilateral`, arm and all. The waves run through the couplings'
 own two ends on one axis: a device without a hand, and a tool that is held still, so that its end is
@@ -270,8 +270,8 @@ def _matched(data: xr.Dataset) -> Claim:
 def _stiff(data: xr.Dataset) -> Claim:
     without, controlled = (data.sel(controller=name) for name in CONTROLLERS)
     return Claim(
-        f"Hannaford and Ryu: a wall of {1e-3 * STIFF:g} kN/m makes energy and swings without a "
-        "passivity controller, and rests with one",
+        f"Hannaford and Ryu: a stiff wall, here {1e-3 * STIFF:g} kN/m, makes energy and swings "
+        "without a passivity controller, and rests with one",
         None,
         (
             quantity(without.stiff_ripple, "N", "ripple without"),
