@@ -112,7 +112,7 @@ def part(impedance: float) -> float:
     return (IMPEDANCE - impedance) / (IMPEDANCE + impedance)
 
 
-def _column(results: list, name: str) -> Array:  # type: ignore[type-arg]  # nested as the runs are
+def _column(results: list, name: str) -> Array:
     if isinstance(results[0], dict):
         return np.array([one[name] for one in results])
     return np.array([_column(one, name) for one in results])
