@@ -28,6 +28,7 @@ from scara_drake.cli.outputs import check_output
 from scara_drake.common.files import write_whole
 from scara_drake.common.parallel import job_count
 from scara_drake.scenario import load_scenario, parse_overrides
+from scara_drake.stability.certificates import certify
 
 FOUND: Final = 1  # exit status
 
@@ -118,7 +119,8 @@ def _tell(report: Report, console: Console) -> None:
     """Print what was tried, what came near, and what was found."""
     console.print(_coverage_table(report))
     console.print(_objectives_table(report))
-    for sentence in sentences(report):
+    proven = [f"In theory: {line}" for line in certify(report.problem.scenario).lines()]
+    for sentence in [*sentences(report), *proven]:
         console.print(sentence, markup=False, highlight=False, soft_wrap=True)
 
 

@@ -31,7 +31,8 @@ from scipy.linalg import expm
 from scara_drake.common import checks
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, at_least, within
 from scara_drake.experiments.quantity import Quantity, quantity
-from scara_drake.operator.master import Master, move_device
+from scara_drake.operator.device_motion import move_device
+from scara_drake.operator.master import Master
 from scara_drake.recordings.labels import labelled
 from scara_drake.stability.certificates import colgate_bound
 

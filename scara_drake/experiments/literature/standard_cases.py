@@ -3,8 +3,8 @@ r"""The standard cases of Niemeyer and Slotine, and of Hannaford and Ryu. Not in
 Niemeyer and Slotine (IEEE Journal of Oceanic Engineering 16, 1991, 152): positions and forces that
 are exchanged over a delay are unstable, waves are not; a wave comes back from an end of impedance Z
 as its part :math:`(b - Z) / (b + Z)`, and not at all where the end is matched, Z = b. Hannaford and
-Ryu (IEEE Transactions on Robotics and Automation 18, 2002, 1): a stiff virtual wall, 30 kN/m at
-1 kHz, that makes energy and swings without a passivity controller is quiet with one.
+Ryu (IEEE Transactions on Robotics and Automation 18, 2002, 1): a stiff virtual wall that makes
+energy and swings without a passivity controller is quiet with one. How stiff it is here is ours.
 
 The contacts are runs of the scenario `bilateral`, arm and all. The waves run through the couplings'
 own two ends on one axis: a device without a hand, and a tool that is held still, so that its end is
@@ -26,7 +26,8 @@ from scara_drake.coupling.wave_variables import DOWN, UP, WaveVariables, wave_ma
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import quantity
 from scara_drake.metrics import bilateral as bilateral_metrics
-from scara_drake.operator.master import Master, move_device
+from scara_drake.operator.device_motion import move_device
+from scara_drake.operator.master import Master
 from scara_drake.recordings.labels import labelled
 from scara_drake.scenario import load_scenario
 from scara_drake.simulation.run import simulate
@@ -111,7 +112,7 @@ def part(impedance: float) -> float:
     return (IMPEDANCE - impedance) / (IMPEDANCE + impedance)
 
 
-def _column(results: list, name: str) -> Array:  # type: ignore[type-arg]  # nested as the runs are
+def _column(results: list, name: str) -> Array:
     if isinstance(results[0], dict):
         return np.array([one[name] for one in results])
     return np.array([_column(one, name) for one in results])
@@ -169,7 +170,7 @@ def _waves_at_the_tool(coupling: WaveVariables, device: Array) -> Array:
     downs = np.zeros((ups.shape[0], PACKET.size + DOWN.size))
     for k in range(LATE):  # on their way at first
         # What was sent is counted from OPEN on, so that there is energy for all of it.
-        ups[k] = _packet(UP, k + 1, pulse[k], OPEN, x=np.zeros(3))
+        ups[k] = _packet(UP, k + 1, pulse[k], OPEN)
         downs[k] = _packet(DOWN, k + 1, 0.0, 0.0)
     _travel(ups, downs, near_constants, far_constants, near_memory, far_memory, device)
     return np.array([UP.unpack(PACKET.unpack(up).payload).wave[0] for up in ups])
@@ -198,8 +199,8 @@ def _travel(
         downs[k + LATE] = down
 
 
-def _packet(layout: Layout, number: int, wave: float, energy: float, **rest: Array) -> Array:
-    payload = layout.pack(wave=[wave, 0.0, 0.0], energy=np.full(3, energy), **rest)
+def _packet(layout: Layout, number: int, wave: float, energy: float) -> Array:
+    payload = layout.zeros(wave=[wave, 0.0, 0.0], energy=np.full(3, energy))
     return PACKET.pack(number=number, payload=payload)
 
 
@@ -269,8 +270,8 @@ def _matched(data: xr.Dataset) -> Claim:
 def _stiff(data: xr.Dataset) -> Claim:
     without, controlled = (data.sel(controller=name) for name in CONTROLLERS)
     return Claim(
-        f"Hannaford and Ryu: a wall of {1e-3 * STIFF:g} kN/m makes energy and swings without a "
-        "passivity controller, and rests with one",
+        f"Hannaford and Ryu: a stiff wall, here {1e-3 * STIFF:g} kN/m, makes energy and swings "
+        "without a passivity controller, and rests with one",
         None,
         (
             quantity(without.stiff_ripple, "N", "ripple without"),

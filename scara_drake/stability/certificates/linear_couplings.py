@@ -91,7 +91,7 @@ def _direct(
     a[2, 3] = 1.0
     a[3, 2:] = -(bandwidth**2), -2.0 * bandwidth
     b[3, 0], c[0, 0] = bandwidth**2, 1.0
-    b[1, 1] = -1.0 / master.mass
+    b[1, 1] = -1.0 / master.hardware().mass
     c[1, 2:] = scale * touch.stiffness, scale * touch.damping
     return Loop(a, b, c)
 
@@ -101,27 +101,28 @@ def _position_damping(
 ) -> Loop:
     scale = coupling.impedance_scale
     spring, damper = scale * coupling.stiffness, scale * coupling.damping
-    mass = scale * coupling.virtual_mass
+    mass, device = scale * coupling.virtual_mass, master.hardware().mass
     grip = 0.0 if touch.name == FREE else coupling.contact_damping
     answer = np.array([spring, damper])
     a, b, c = np.zeros((7, 7)), np.zeros((7, 2)), np.zeros((2, 7))
     # x, v and own force of the device; x, v, own and felt force of the tool
     _device(a, master)
     a[3, 4] = 1.0
-    _answer(a, 0, 2, answer, OWN_TICKS * period, master.mass)
+    _answer(a, 0, 2, answer, OWN_TICKS * period, device)
     _answer(a, 3, 5, answer + scale * grip * np.array([0.0, 1.0]), OWN_TICKS * period, mass)
     felt = np.array([touch.stiffness, touch.damping])
     _answer(a, 3, 6, scale * felt, FELT_TICKS * period, mass)
     b[4, 0], c[0, 0] = spring / mass, 1.0
-    b[1, 1], c[1, 3] = spring / master.mass, 1.0
+    b[1, 1], c[1, 3] = spring / device, 1.0
     return Loop(a, b, c)
 
 
 def _device(a: Array, master: Master) -> None:
     """Write the motion of the device in its hand into the first two rows."""
+    device = master.hardware()
     a[0, 1] = 1.0
-    a[1, 0] = -master.hand_stiffness / master.mass
-    a[1, 1] = -(master.damping + master.hand_damping) / master.mass
+    a[1, 0] = -master.hand_stiffness / device.mass
+    a[1, 1] = -(device.viscous + master.hand_damping) / device.mass
 
 
 def _answer(a: Array, at: int, q: int, impedance: Array, late: float, mass: float) -> None:

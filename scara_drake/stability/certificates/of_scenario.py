@@ -44,7 +44,8 @@ def certify(scenario: Scenario) -> Certificates:
         kind = type(master).__name__
         raise ValueError(f"operator: !{kind}, allowed !Master, whose loop is closed")
     own = linear_couplings.own_ticks() * scenario.time_step
-    up, down = scenario.channel.link("up"), scenario.channel.link("down")
+    links = [scenario.channel.link(way) for way in ("up", "down")]
+    up, down = (_oldest(link, scenario.channel.codec is not None) for link in links)
     proven, seen = [*_of_any_ends(scenario, master, own)], []
     for touch in linear_couplings.touches(scenario):
         loop = linear_couplings.loop_of(scenario, touch)
@@ -53,21 +54,23 @@ def certify(scenario: Scenario) -> Certificates:
             seen.append(Seen(touch.name, max(seen_delay(loop) - own, 0.0)))
     return Certificates(
         type(coupling).__name__,
-        _oldest(up),
-        _oldest(down),
-        all(isinstance(link, ConstantDelay) for link in (up, down)),
+        up,
+        down,
+        all(isinstance(link, ConstantDelay) for link in links),
         own,
         tuple(proven),
         tuple(seen),
-        tuple(_notes(scenario, master)),
+        tuple(_notes(scenario, master, max(up, down))),
     )
 
 
-def _oldest(link: Link) -> float:
-    """Return the largest age [s] of what a link shows; infinite where packets may be lost."""
+def _oldest(link: Link, dead_band: bool) -> float:
+    """Return the largest age [s] of what a link shows; infinite where some never come."""
+    if dead_band:
+        return np.inf
     if isinstance(link, Packets):
         lost = link.loss.in_good > 0.0 or (link.loss.in_bad > 0.0 and link.loss.to_bad > 0.0)
-        return np.inf if lost or link.outages else link.longest + link.send_period
+        return np.inf if lost or link.outages else link.maximum() + link.send_period
     return float(link.maximum())
 
 
@@ -131,15 +134,19 @@ def colgate_bound(damping: float, virtual_damping: float, period: float) -> floa
     return 2.0 * (damping - abs(virtual_damping)) / period
 
 
-def _notes(scenario: Scenario, master: Master) -> Iterator[str]:
+def _notes(scenario: Scenario, master: Master, age: float) -> Iterator[str]:
     if isinstance(scenario.coupling, ModelMediated):
-        bound = colgate_bound(master.damping, 0.0, scenario.time_step)
+        viscous = master.hardware().viscous
+        bound = colgate_bound(viscous, 0.0, scenario.time_step)
         yield (
             f"Colgate: a spring rendered at the device is passive up to {bound:.0f} N/m, and the "
-            f"model's damping up to {master.damping:g} N s/m less K T / 2"
+            f"model's damping up to {viscous:g} N s/m less K T / 2"
         )
-    if any(np.isinf(_oldest(scenario.channel.link(way))) for way in ("up", "down")):
-        yield "what is lost is held, so its age has no bound"
+    if np.isinf(age):
+        yield "what is lost, or not sent, is held: its age has no bound"
+    hardware = master.hardware()
+    if hardware.friction > 0.0 or hardware.resolution > 0.0:
+        yield "Coulomb friction and encoder of the device are left out"
     if not isinstance(scenario.coupling, linear_couplings.KINDS):
         kind = type(scenario.coupling).__name__
         yield f"no linear loop: {kind} is not linear, or its form is not known here"

@@ -77,7 +77,8 @@ def two_port(
     s = 1j * np.asarray(omega, dtype=np.float64)
     for kind, make in _PORTS.items():
         if isinstance(coupling, kind):
-            return make(coupling, master.mass * s + master.damping, bandwidth, delay, s)
+            device = master.hardware()
+            return make(coupling, device.mass * s + device.viscous, bandwidth, delay, s)
     return None
 
 
