@@ -14,6 +14,8 @@ from scara_drake import kinematics
 from scara_drake.common.layout import Cell, Layout
 
 Array = NDArray[np.float64]
+# Which entries of a packet are felt together, and what they are, a name of `codec.QUANTITIES`.
+Felt = tuple[slice, str]
 
 
 class JoystickAxes(NamedTuple):

@@ -9,7 +9,7 @@ from strategies import examples
 
 from scara_drake.common.fields import check
 from scara_drake.coupling.four_channel import FourChannel
-from scara_drake.experiments.teleoperation.ideal_slave import llewellyn
+from scara_drake.stability.certificates import llewellyn
 
 
 def hybrid(c: FourChannel, s: complex, delay: float) -> np.ndarray:

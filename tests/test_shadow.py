@@ -33,10 +33,10 @@ class Ticks(LeafSystem):
         self.DeclareVectorOutputPort("place", 3, self._place, prerequisites_of_calc=time)
 
     def _tick(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([round(context.get_time() / H)])
+        output.SetAtIndex(0, round(context.get_time() / H))
 
     def _place(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([0.3, 0.1 - round(context.get_time() / H) * H, -7.0])
+        output.SetFromVector(np.array([0.3, 0.1 - round(context.get_time() / H) * H, -7.0]))
 
 
 def received(link: Packets, steps: int) -> NDArray[np.float64]:
@@ -79,7 +79,7 @@ def test_the_delay_of_a_packet_is_that_of_the_place_where_it_is_sent() -> None:
     link = Packets(ConstantDelay(5 * H), longest=0.1, shadow=shadow)
     numbers = received(link, 320)[0]
     # By hand: packet k is sent at y = 0.1 m - k mm, so it is as deep as (k - 100) mm.
-    newest, by_hand = np.full(400, -1.0), []
+    newest = np.full(400, -1.0)
     for k in range(320):
         s = min(max((k - 100) / 100.0, 0.0), 1.0)
         travel = 5.0 + 20.0 * s * s * (3.0 - 2.0 * s)

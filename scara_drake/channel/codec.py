@@ -35,11 +35,9 @@ from numpy.typing import NDArray
 from scara_drake.common.block import Block, Declaration, Input, Memory, Output
 from scara_drake.common.fields import ABOVE_ZERO, check, number
 from scara_drake.common.layout import REST, Cell, Layout
+from scara_drake.vectors import Felt
 
 Array = NDArray[np.float64]
-
-# Which entries of a packet are felt together, and what they are, a name of `QUANTITIES`.
-Felt = tuple[slice, str]
 
 
 @dataclass

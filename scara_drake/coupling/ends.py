@@ -23,11 +23,9 @@ from scara_drake.coupling.layouts import (
     PACKET,
     SLAVE_CONSTANTS,
 )
+from scara_drake.vectors import Felt
 
 Array = NDArray[np.float64]
-
-# Which entries of a payload are felt together, and what they are.
-Felt = tuple[slice, str]
 
 FIRM = 1.0  # [N] at the tool, from which the contact damping acts in full
 

@@ -56,21 +56,9 @@ from scara_drake.coupling.kernels import (
     slave_tick,
 )
 from scara_drake.coupling.layouts import meters_of
+from scara_drake.coupling.waves import GAINS, affordable, corrected, gains_of, make_up
 
 Array = NDArray[np.float64]
-
-
-class Gains(NamedTuple):
-    """`WaveVariables` in a kernel, in the master's units."""
-
-    impedance: float
-    stiffness: float
-    damping: float
-    drift_gain: float
-    max_speed: float
-    reserve: float
-    turn: float
-    integral_rate: float
 
 
 class Up(NamedTuple):
@@ -111,44 +99,14 @@ class SlaveMemory(NamedTuple):
     integral: Array
 
 
-GAINS = Layout(Gains)
 UP = Layout(Up, wave=3, energy=3, x=3, integral=REST)
 DOWN = Layout(Down, wave=3, energy=3, integral=REST)
 UP_WITH_INTEGRAL = Layout(Up, wave=3, energy=3, x=3, integral=3)
 DOWN_WITH_INTEGRAL = Layout(Down, wave=3, energy=3, integral=3)
 MASTER_MEMORY = Layout(MasterMemory, played=3, integral=3)
 SLAVE_MEMORY = Layout(SlaveMemory, x_d=3, played=3, integral=3)
-gains_of, up_of, down_of = GAINS.reader(), UP.reader(), DOWN.reader()
+up_of, down_of = UP.reader(), DOWN.reader()
 master_memory_of, slave_memory_of = MASTER_MEMORY.reader(), SLAVE_MEMORY.reader()
-
-
-@njit(cache=True)
-def affordable(wave: float, arrived: float, played: float, period: float) -> float:
-    """Return the wave, smaller where its energy over the period has not arrived [J]."""
-    left = max(arrived - played, 0.0)
-    if 0.5 * wave * wave * period > left:
-        return math.copysign(math.sqrt(2.0 * left / period), wave)
-    return wave
-
-
-@njit(cache=True)
-def make_up(missing: float, p: Gains) -> float:
-    """Return the wave that makes up for what is missing in the integral [sqrt(W) s], bounded."""
-    most = math.sqrt(0.5 * p.impedance) * p.max_speed
-    return min(max(p.integral_rate * missing, -most), most)
-
-
-@njit(cache=True)
-def corrected(wave: float, correction: float, left: float, share: float, period: float) -> float:
-    """Return the wave with a correction, as far as a share of the energy pays that it leaves [J].
-
-    The rest stays for ticks in which nothing comes: too large now and zero then wastes energy.
-    """
-    left = share * max(left - 0.5 * wave * wave * period, 0.0)
-    wanted = wave + correction
-    if 0.5 * (wanted * wanted - wave * wave) * period > left:
-        return math.copysign(math.sqrt(wave * wave + 2.0 * left / period), wanted)
-    return wanted
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scara_drake.common import checks
 from scara_drake.common.fields import number
-from scara_drake.common.layout import Layout
+from scara_drake.common.layout import REST, Layout
 from scara_drake.common.motion import minimum_jerk
 
 Array = NDArray[np.float64]
@@ -75,9 +75,23 @@ class Waypoint(NamedTuple):
     place: Array
 
 
+class HandPath(NamedTuple):
+    """Where the hand wants to be over the time.
+
+    Attributes:
+        sweep: of `Sweep.parameters`.
+        waypoints: rows (n, 4) of `Waypoint`, flat.
+    """
+
+    sweep: Array
+    waypoints: Array
+
+
 SWEEP = Layout(SweepRow)
 WAYPOINT = Layout(Waypoint, place=3)
+HAND_PATH = Layout(HandPath, sweep=SWEEP.size, waypoints=REST)
 sweep_of = SWEEP.reader()
+hand_path_of = HAND_PATH.reader()
 waypoint_of = WAYPOINT.reader()
 
 

@@ -26,7 +26,7 @@ from scara_drake.common.block import Block, Declaration, Input, Memory
 from scara_drake.common.fields import check, choice, number, rows, vector
 from scara_drake.kinematics import REACH
 from scara_drake.operator.device_motion import DEVICE, move_device
-from scara_drake.operator.hand import WAYPOINT, Sweep
+from scara_drake.operator.hand import HAND_PATH, WAYPOINT, Sweep
 from scara_drake.operator.kinesthetic_devices import DEVICES, OWN, KinestheticDevice
 from scara_drake.operator.mapping import MAST_HIGH, MAST_LOW
 from scara_drake.operator.master_steps import guided_step, master_step
@@ -223,8 +223,9 @@ class SimulatedMaster(Block):
                 },
                 parameters={
                     "device": master.parameters(period),
-                    "waypoints": master.waypoints(),
-                    "sweep": master.sweep.parameters(),
+                    "hand_path": HAND_PATH.pack(
+                        sweep=master.sweep.parameters(), waypoints=master.waypoints().ravel()
+                    ),
                 },
                 period=period,
                 update=guided_step if guided else master_step,

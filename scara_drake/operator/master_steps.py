@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.operator.device_motion import device_of, move_device
-from scara_drake.operator.hand import hand_target_at
+from scara_drake.operator.hand import WAYPOINT, hand_path_of, hand_target_at
 
 Array = NDArray[np.float64]
+
+WAYPOINT_SIZE: Final = WAYPOINT.size
 
 
 @njit(cache=True)
@@ -17,15 +21,15 @@ def master_step(
     t: float,
     f_master: Array,
     device: Array,
-    waypoints: Array,
-    sweep: Array,
+    hand_path: Array,
     motion_master: Array,
     hand_target: Array,
     f_hand: Array,
 ) -> None:
     """One tick of `SimulatedMaster`, in place."""
-    target_next = np.empty(3)
-    hand_target_at(t + device_of(device).period, waypoints, sweep, target_next)
+    path, target_next = hand_path_of(hand_path), np.empty(3)
+    waypoints = path.waypoints.reshape((-1, WAYPOINT_SIZE))
+    hand_target_at(t + device_of(device).period, waypoints, path.sweep, target_next)
     move_device(device, f_master, target_next, motion_master, hand_target, f_hand)
 
 
