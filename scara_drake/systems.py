@@ -1,7 +1,9 @@
 """The LeafSystems of the package, gathered; each lives with its subject."""
 
+from scara_drake.channel.codec import Codec
 from scara_drake.channel.live_delay import LiveDelay
 from scara_drake.channel.packets import PacketChannel
+from scara_drake.channel.shadow import RadioShadow
 from scara_drake.channel.signal_delay import SignalDelay
 from scara_drake.channel.watch import CommandWatchSystem
 from scara_drake.control.contact_estimate import ContactForceEstimator
@@ -59,6 +61,7 @@ __all__ = [
     "Brakes",
     "Buzz",
     "ChannelEnergy",
+    "Codec",
     "CommandFramePacker",
     "CommandFrameSplitter",
     "CommandWatchSystem",
@@ -93,6 +96,7 @@ __all__ = [
     "PacketChannel",
     "PidController",
     "PipeCutting",
+    "RadioShadow",
     "ReferenceGovernorSystem",
     "RobotReportPacker",
     "RobotReportSplitter",
