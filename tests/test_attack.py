@@ -172,6 +172,11 @@ def test_what_is_found_is_told_by_number_and_a_search_without_runs_covers_nothin
     assert none.pairs == 0.0
 
 
+def test_the_limit_of_a_device_that_exists_is_its_own() -> None:
+    scenario = load_scenario("bilateral", {"operator.device": "touch"})
+    assert thresholds_of(scenario, ["peak"]) == {"peak": 3.3}
+
+
 def test_the_coverage_is_that_of_the_runs_that_count() -> None:
     case = problem("energy", bounds=("only=channel.delay,channel.loss",))
     runs = [Trial({"channel.delay": 0.075, "channel.loss": 0.25}, {"energy": 0.0}, 0.5)]

@@ -164,7 +164,7 @@ OBJECTIVES: Final[dict[str, Objective]] = {
     ),
     "peak": Objective(
         "N", "largest force that the device is asked for", peak,
-        lambda scenario: scenario.operator.actuator_limit,  # type: ignore[union-attr]
+        lambda scenario: scenario.operator.hardware().force,  # type: ignore[union-attr]
     ),
     "drift": Objective(
         "m", "tool from master when the hand is at rest in the end", drift_left,

@@ -64,11 +64,20 @@ def drift(recording: xr.Dataset, position_scale: float = 1.0) -> xr.DataArray:
     return vector_size(tool_way(recording, position_scale) - recording.x_master)
 
 
+def resisting_force(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
+    """Force at the tool that resists (time, axis) [N]; zero where there is none."""
+    return -force_scale * recording.f_env_on_tool_W.fillna(0.0)
+
+
+def force_sent(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
+    """That force (time, axis) [N] when what the master uses was sent."""
+    resisting = resisting_force(recording, force_scale)
+    return as_received(resisting, age_of_information(recording, "down"))
+
+
 def force_error(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
     """Difference (time) [N] of the force at the master from that at the tool when it was sent."""
-    resisting = -force_scale * recording.f_env_on_tool_W
-    sent = as_received(resisting.fillna(0.0), age_of_information(recording, "down"))
-    return vector_size(recording.f_master - sent)
+    return vector_size(recording.f_master - force_sent(recording, force_scale))
 
 
 def peak_force(recording: xr.Dataset) -> float:

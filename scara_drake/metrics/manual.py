@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from scara_drake.metrics.bilateral import age_of_information, as_received, tool_way
+from scara_drake.metrics.bilateral import age_of_information, as_received, force_sent, tool_way
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def effort_transparency(recording: xr.Dataset, force_scale: float = 1.0) -> Tran
     Raises:
         ValueError: nothing was touched.
     """
-    sent = _force_sent(recording, force_scale)
+    sent = force_sent(recording, force_scale).values
     touched = _touched(sent)
     x, y = sent[touched], recording.f_master.transpose("time", "axis").values[touched]
     ratio = float((x * y).sum() / (x * x).sum())
@@ -102,7 +102,7 @@ def displayed_stiffness(recording: xr.Dataset) -> Felt:
     Raises:
         ValueError: nothing was touched, or the master hardly moved while it was.
     """
-    sent = _force_sent(recording, 1.0)
+    sent = force_sent(recording).values
     felt = recording.isel(time=np.flatnonzero(_touched(sent)))
     along = _direction(felt.f_master)
     x, v, f = (_along(felt[name], along) for name in ("x_master", "v_master", "f_master"))
@@ -120,7 +120,7 @@ def backdrivability(
     Raises:
         ValueError: nothing was touched, or the tool did not move while it was.
     """
-    sent = _force_sent(recording, force_scale)
+    sent = force_sent(recording, force_scale).values
     touched = _touched(sent)
     age = age_of_information(recording, "down")
     pushed = as_received(tool_way(recording, position_scale), age).values[touched]
@@ -138,7 +138,7 @@ def free_resistance(recording: xr.Dataset) -> Resistance:
     Raises:
         ValueError: something is touched from the start, or the master does not move before.
     """
-    touched = np.linalg.norm(_force_sent(recording, 1.0), axis=1) > 0.0
+    touched = np.linalg.norm(force_sent(recording).values, axis=1) > 0.0
     end = int(np.argmax(touched)) if touched.any() else touched.size
     if end < LEAST:
         raise ValueError(f"recording: {end} samples before the contact, allowed {LEAST} or more")
@@ -147,12 +147,6 @@ def free_resistance(recording: xr.Dataset) -> Resistance:
     a = np.gradient(v, recording.time.values[:end], axis=0)
     damping, mass = _least_squares([v.ravel(), a.ravel()], f.ravel())
     return Resistance(damping, mass)
-
-
-def _force_sent(recording: xr.Dataset, force_scale: float) -> Array:
-    """Force at the tool that resists (time, axis) [N], as the master has it."""
-    resisting = -force_scale * recording.f_env_on_tool_W.fillna(0.0)
-    return as_received(resisting, age_of_information(recording, "down")).values
 
 
 def _touched(sent: Array) -> NDArray[np.bool_]:

@@ -21,12 +21,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import xarray as xr
 
-from scara_drake.metrics.bilateral import (
-    age_of_information,
-    as_received,
-    force_error,
-    vector_size,
-)
+from scara_drake.metrics.bilateral import force_error, force_sent, vector_size
 
 FORCE: Final = 0.07  # JND over the reference
 TESTED: Final = (2.5, 10.0)  # [N], references that this holds for
@@ -54,16 +49,10 @@ def force_jnd(reference: xr.DataArray) -> xr.DataArray:
     return FORCE * abs(reference).clip(min=TESTED[0])
 
 
-def force_sent(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
-    """Size (time) [N] of the force at the tool when that was sent, in the master's units."""
-    resisting = -force_scale * recording.f_env_on_tool_W.fillna(0.0)
-    return vector_size(as_received(resisting, age_of_information(recording, "down")))
-
-
 def force_jnds(recording: xr.Dataset, force_scale: float = 1.0) -> xr.DataArray:
     """Error (time) [JND] of the force at the master from that at the tool, delay removed."""
     error = force_error(recording, force_scale)
-    return error / force_jnd(force_sent(recording, force_scale))
+    return error / force_jnd(vector_size(force_sent(recording, force_scale)))
 
 
 def noticed(recording: xr.Dataset, force_scale: float = 1.0) -> Noticed:
@@ -72,7 +61,8 @@ def noticed(recording: xr.Dataset, force_scale: float = 1.0) -> Noticed:
     All of the recording counts, so the caller selects: with the free motion, a force that is shown
     where nothing is touched counts too.
     """
-    jnds, reference = force_jnds(recording, force_scale), force_sent(recording, force_scale)
+    jnds = force_jnds(recording, force_scale)
+    reference = vector_size(force_sent(recording, force_scale))
     within = (reference >= TESTED[0]) & (reference <= TESTED[1])
     return Noticed(
         share=float((jnds > 1.0).mean()),

@@ -31,7 +31,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scara_drake.common import checks
-from scara_drake.metrics.bilateral import age_of_information, tool_way
+from scara_drake.metrics.bilateral import age_of_information, resisting_force, tool_way
 
 Array = NDArray[np.float64]
 Lags = NDArray[np.int64]
@@ -115,7 +115,7 @@ def tool_offsets(recording: xr.Dataset, position_scale: float = 1.0) -> xr.Datas
 
 def force_offsets(recording: xr.Dataset, force_scale: float = 1.0) -> xr.Dataset:
     """Return the offsets [s], [N] of the force at the master from that at the tool."""
-    sent = -force_scale * recording.f_env_on_tool_W.fillna(0.0)
+    sent = resisting_force(recording, force_scale)
     return offsets(sent, recording.f_master, _window(recording, "down"))
 
 

@@ -112,7 +112,7 @@ def _stable(scenario: Scenario, recording: xr.Dataset) -> bool:
         end=end,
         way=float(np.linalg.norm(master.targets[1])),
         stiffness=master.hand_stiffness,
-        mass=master.mass,
+        mass=master.hardware().mass,
     )
 
 

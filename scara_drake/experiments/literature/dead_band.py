@@ -97,25 +97,20 @@ def press(band: float, delay: float, seed: int, duration: float) -> dict[str, fl
     recording = simulate(scenario, duration=duration)
     begin, end = cast(Master, scenario.operator).times[1:3]
     pressed = slice(begin, end)
-    felt = bilateral.as_received(-recording.f_env_on_tool_W.fillna(0.0), recording.delay_down).sel(
+    felt = bilateral.as_received(bilateral.resisting_force(recording), recording.delay_down).sel(
         time=pressed
     )
     led = bilateral.as_received(recording.x_master, recording.delay_up)
-    force = _size(recording.f_master - felt)
+    apart = bilateral.vector_size(bilateral.tool_way(recording) - led)
+    force = bilateral.vector_size(recording.f_master - felt)
     traffic: list[Any] = [metrics.traffic(recording, link) for link in LINKS]
     left = bilateral.drift(recording).sel(time=slice(duration - LAST, None))
     return {
         "packets_up": traffic[0].packets_per_second,
         "packets_down": traffic[1].packets_per_second,
         "bitrate": sum(one.kilobits_per_second() for one in traffic),
-        "position_error": float(
-            metrics.rmse(_size(bilateral.tool_way(recording) - led).sel(time=pressed))
-        ),
+        "position_error": float(metrics.rmse(apart.sel(time=pressed))),
         "force_error": float(metrics.rmse(force)),
-        "noticed": float((force > force_jnd(_size(felt))).mean()),
+        "noticed": float((force > force_jnd(bilateral.vector_size(felt))).mean()),
         "drift": float(left.max()),
     }
-
-
-def _size(vector: xr.DataArray) -> xr.DataArray:
-    return (vector**2).sum("axis") ** 0.5

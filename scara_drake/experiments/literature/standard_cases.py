@@ -131,7 +131,7 @@ def _contact(coupling: str, seed: int, delay: float, stiffness: float = 1e4) -> 
     held = bilateral_metrics.steady_press(recording, begin, end)
     return {
         "stable": bilateral_metrics.is_stable_press(
-            recording, begin, end, way, master.hand_stiffness, master.mass
+            recording, begin, end, way, master.hand_stiffness, master.hardware().mass
         ),
         "energy": bilateral_metrics.energy_margin(recording, scenario.coupling.reserves()),
         "ripple": bilateral_metrics.force_ripple(held),

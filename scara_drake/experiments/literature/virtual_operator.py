@@ -106,7 +106,7 @@ def work(
     late = round(0.5 * delay / PERIOD)
     mind = OperatorPolicy(policy, np.zeros(3), 1.0, master.hand_stiffness, PERIOD, seed).declaration
     coupling = WaveVariables()
-    near = coupling.make_master(PERIOD, master.actuator_limit).declaration
+    near = coupling.make_master(PERIOD, master.hardware().force).declaration
     far = coupling.make_slave(PERIOD, np.zeros(8), LIMITS[2]).declaration
     exchange = coupling.exchange()
     station = Station(

@@ -175,7 +175,7 @@ def press_figures(job: Job) -> dict[str, float | bool]:
             end=end,
             way=float(np.linalg.norm(master.targets[1])),
             stiffness=master.hand_stiffness,
-            mass=master.mass,
+            mass=master.hardware().mass,
         ),
         "peak": bilateral_metrics.peak_force(recording),
         "shown": bilateral_metrics.mean_size(held.f_master),

@@ -72,7 +72,8 @@ def _is_stable(delay: int, master: Master, wall: Array, force_scale: float) -> b
     way = float(np.linalg.norm(master.targets[1]))
     rest = round((begin + STEADY * (end - begin)) / STEP)
     steady = round((end - STEADY * (end - begin)) / STEP)
-    driven = master.mass * abs(speed[rest:]).max() ** 2 >= master.hand_stiffness * way**2
+    energy = master.hardware().mass * abs(speed[rest:]).max() ** 2
+    driven = energy >= master.hand_stiffness * way**2
     ripple = force[steady:].std()
     return bool(not driven and ripple < SWING * master.hand_stiffness * way)
 
