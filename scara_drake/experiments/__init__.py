@@ -1,4 +1,4 @@
-"""The paper's tables and figures as runnable experiments; a new one is a file and a line here."""
+"""Experiments: the paper's tables and figures, and what others found; a file and a line here each."""
 
 from __future__ import annotations
 
