@@ -241,7 +241,7 @@ class WaveVariables(Coupling):
             wave_slave,
             MASTER_MEMORY,
             SLAVE_MEMORY,
-            uses_late=self.integrals,  # a late wave has no tick of its own any more
+            uses_late=self.integrals,  # the tick that a late wave was for is over
             felt_up=((up.slices["wave"], "wave"),),
             felt_down=((down.slices["wave"], "wave"),),
         )

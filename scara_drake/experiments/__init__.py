@@ -1,4 +1,4 @@
-"""Experiments: the paper's tables and figures, and what others found; a file and a line here each."""
+"""Experiments: the paper's tables and figures, and what others found; each a file and a line."""
 
 from __future__ import annotations
 

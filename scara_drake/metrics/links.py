@@ -36,7 +36,7 @@ class Traffic:
         outages: gaps longer than `OUTAGE`.
         silent: since the last packet, at the end of the recording [s].
         duration: of the recording [s].
-        numbers: in a packet; NaN where the recording does not say, as those of before do not.
+        numbers: in a packet; NaN where the recording does not say.
     """
 
     sent: int

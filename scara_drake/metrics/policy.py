@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+MOVES = 0.0  # see `vectors.PolicyState`
+
 
 def completion_time(recording: xr.Dataset) -> float:
     """Return when the work was done [s]; NaN where it was not.
@@ -20,5 +22,5 @@ def completion_time(recording: xr.Dataset) -> float:
 
 def move_count(recording: xr.Dataset) -> int:
     """Return how many moves the operator began; of one who never pauses, how often he set out."""
-    moves = recording.policy_phase.values == 0.0
+    moves = recording.policy_phase.values == MOVES
     return int(np.count_nonzero(np.diff(moves.astype(int), prepend=0) > 0))

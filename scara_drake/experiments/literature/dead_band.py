@@ -25,6 +25,7 @@ from scara_drake.channel.packets import Packets
 from scara_drake.common import checks
 from scara_drake.experiments.claim import Experiment
 from scara_drake.experiments.literature.dead_band_claims import EVERY, STANDARD, claims
+from scara_drake.experiments.teleoperation import hand_press
 from scara_drake.metrics import bilateral
 from scara_drake.metrics.links import HEADER, LINKS, NUMBER
 from scara_drake.metrics.noticed import force_jnd
@@ -36,7 +37,6 @@ from scara_drake.simulation.run import simulate
 SCENARIO = "bilateral"
 BANDS: Final = (EVERY, 0.0, 0.05, 0.1, 0.2, 0.27, 0.4)
 DELAYS: Final = (0.0, 0.1)  # [s], each way
-LAST = 0.5  # [s], end of the run, in which a drift is left
 FIGURES: Final = {
     "packets_up": ("1/s", "packets up"),
     "packets_down": ("1/s", "packets down"),
@@ -70,7 +70,7 @@ def run(
             f"bands: {list(bands)}, allowed with {EVERY:g} and {STANDARD:g} among them"
         )
     over = cast(Master, load_scenario(SCENARIO).operator).times[-1]
-    checks.number("duration", duration, over + LAST)
+    checks.number("duration", duration, over + hand_press.LAST)
     found = [[press(band, delay, seed, duration) for band in bands] for delay in delays]
     data = xr.Dataset(
         {
@@ -104,7 +104,6 @@ def press(band: float, delay: float, seed: int, duration: float) -> dict[str, fl
     apart = bilateral.vector_size(bilateral.tool_way(recording) - led)
     force = bilateral.vector_size(recording.f_master - felt)
     traffic: list[Any] = [metrics.traffic(recording, link) for link in LINKS]
-    left = bilateral.drift(recording).sel(time=slice(duration - LAST, None))
     return {
         "packets_up": traffic[0].packets_per_second,
         "packets_down": traffic[1].packets_per_second,
@@ -112,5 +111,5 @@ def press(band: float, delay: float, seed: int, duration: float) -> dict[str, fl
         "position_error": float(metrics.rmse(apart.sel(time=pressed))),
         "force_error": float(metrics.rmse(force)),
         "noticed": float((force > force_jnd(bilateral.vector_size(felt))).mean()),
-        "drift": float(left.max()),
+        "drift": hand_press.drift_left(recording, duration),
     }

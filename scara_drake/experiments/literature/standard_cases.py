@@ -25,6 +25,7 @@ from scara_drake.coupling.layouts import PACKET
 from scara_drake.coupling.wave_variables import DOWN, UP, WaveVariables, wave_master, wave_slave
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import quantity
+from scara_drake.experiments.teleoperation import hand_press
 from scara_drake.metrics import bilateral as bilateral_metrics
 from scara_drake.operator.device_motion import move_device
 from scara_drake.operator.master import Master
@@ -127,12 +128,9 @@ def _contact(coupling: str, seed: int, delay: float, stiffness: float = 1e4) -> 
     master: Master = scenario.operator  # type: ignore[assignment]  # that of `bilateral`
     recording = simulate(scenario, duration=DURATION)
     begin, end = master.times[1:3]
-    way = float(np.linalg.norm(master.targets[1]))
     held = bilateral_metrics.steady_press(recording, begin, end)
     return {
-        "stable": bilateral_metrics.is_stable_press(
-            recording, begin, end, way, master.hand_stiffness, master.hardware().mass
-        ),
+        "stable": hand_press.is_stable(recording, master),
         "energy": bilateral_metrics.energy_margin(recording, scenario.coupling.reserves()),
         "ripple": bilateral_metrics.force_ripple(held),
     }

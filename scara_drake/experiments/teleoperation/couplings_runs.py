@@ -15,7 +15,7 @@ from scara_drake.channel.links import Channel, Link
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.playout import Playout
 from scara_drake.channel.presets import PRESETS
-from scara_drake.experiments.teleoperation import hand_sweep
+from scara_drake.experiments.teleoperation import hand_press, hand_sweep
 from scara_drake.experiments.teleoperation.hand_sweep import HandSweep
 from scara_drake.metrics import bilateral as bilateral_metrics
 from scara_drake.operator.master import Master
@@ -64,7 +64,6 @@ LOSS = 0.1  # of the packets, in the case "loss"
 
 TICK = 1e-3  # [s]: packets with less jitter keep their order
 PRESS = (1.0, 2.0, 6.0, 7.0)  # [s], see `Master.times`
-LAST = 0.5  # [s], end of the run, in which a drift is left
 
 FIGURES: Final = {
     "peak": ("N", "largest force at the master, before the limit of its actuators"),
@@ -164,25 +163,17 @@ def press_figures(job: Job) -> dict[str, float | bool]:
     if job.case != "free":
         position = position.sel(time=held.time)
     force = bilateral_metrics.force_error(recording, coupling.force_scale)
-    left = bilateral_metrics.drift(recording, coupling.position_scale)
     ages = np.concatenate(
         [bilateral_metrics.age_of_information(recording, link) for link in ("up", "down")]
     )
     return {
-        "stable": bilateral_metrics.is_stable_press(
-            recording,
-            begin=begin,
-            end=end,
-            way=float(np.linalg.norm(master.targets[1])),
-            stiffness=master.hand_stiffness,
-            mass=master.hardware().mass,
-        ),
+        "stable": hand_press.is_stable(recording, master),
         "peak": bilateral_metrics.peak_force(recording),
         "shown": bilateral_metrics.mean_size(held.f_master),
         "felt": coupling.force_scale * bilateral_metrics.mean_size(held.f_env_on_tool_W),
         "contact": bilateral_metrics.contact_share(held),
         "position_error": float(metrics.rmse(position)),
-        "drift": float(left.sel(time=slice(job.duration - LAST, None)).max()),
+        "drift": hand_press.drift_left(recording, job.duration, coupling.position_scale),
         "force_error": float(metrics.rmse(force.sel(time=held.time))),
         "ripple": bilateral_metrics.force_ripple(held),
         "energy_margin": bilateral_metrics.energy_margin(recording, coupling.reserves()),

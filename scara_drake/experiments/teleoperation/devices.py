@@ -18,6 +18,7 @@ import xarray as xr
 from scara_drake.channel.links import Channel
 from scara_drake.common.parallel import side_by_side
 from scara_drake.experiments.claim import Experiment
+from scara_drake.experiments.teleoperation import hand_press
 from scara_drake.experiments.teleoperation.couplings import COUPLINGS, LINKS
 from scara_drake.experiments.teleoperation.devices_claims import claims
 from scara_drake.metrics import bilateral as bilateral_metrics
@@ -129,14 +130,7 @@ def figures(job: Job) -> dict[str, float | bool]:
     pressed = recording.sel(time=slice(job.times[0], end))
     error, bound = meter_error(recording, hardware.force, hardware.resolution)
     return {
-        "stable": bilateral_metrics.is_stable_press(
-            recording,
-            begin=begin,
-            end=end,
-            way=float(np.linalg.norm(master.targets[1])),
-            stiffness=master.hand_stiffness,
-            mass=hardware.mass,
-        ),
+        "stable": hand_press.is_stable(recording, master),
         "asked": bilateral_metrics.mean_size(held.f_master),
         "felt": bilateral_metrics.mean_size(held.f_master.clip(-hardware.force, hardware.force)),
         "tool": coupling.force_scale * bilateral_metrics.mean_size(held.f_env_on_tool_W),
