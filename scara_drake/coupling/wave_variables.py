@@ -28,8 +28,8 @@ no more than the share 1 / T a second, so that some remains for ticks without a 
 
 The wave to the slave is made of the way that the device has made and the force that it had over it,
 both of the tick that is over, so it carries the true work of the hand. What a force can give out
-before it is replaced is limited as in `tdpa`, for a hand that changes the device's velocity by no
-more than `turn`. With a reserve E0, without which no force could begin, at every tick
+before it is replaced is limited as in `tdpa`, for a device whose velocity changes by no more than
+`turn`. With a reserve E0, without which no force could begin, at every tick
 
 .. math::
 
@@ -212,7 +212,7 @@ class WaveVariables(Coupling):
         drift_gain: of the position error, as far as its energy goes.
         max_speed: of that correction at the device, and of that of the integrals.
         reserve: E0 of each axis, in the master's units.
-        turn: fastest change of the device's velocity by the hand, for which it is passive.
+        turn: fastest change of the device's velocity for which it is passive.
         integrals: whether the integral of the waves is sent, which makes up for lost ones.
         integral_time: in which that is done, and in which energy that is left may be spent on it.
     """
