@@ -78,7 +78,8 @@ def test_verdicts():
 
 @pytest.mark.slow
 def test_verdicts_of_thirty_people():
-    assert [claim.verdict for claim in under_test.run().claims] == [REPRODUCED] * 8
+    """Some who follow without a pause are done even over the longest delay."""
+    assert [claim.verdict for claim in under_test.run().claims] == [REPRODUCED] * 7 + [IN_KIND]
 
 
 @pytest.mark.slow

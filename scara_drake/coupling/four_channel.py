@@ -33,8 +33,15 @@ No device here has a sensor: the force of the hand is found from the motion of t
 disturbance observer does (Murakami, Yu and Ohnishi, 1993), with the mass and the damping that the
 coupling is told. It and the accelerations pass a low-pass filter. By default the accelerations are
 left out, as most who build it do: the arm's lag is a delay even where the channel has none, and a
-late acceleration drives what it should take away. Then the hand feels half of device and tool in
-motion, as its force pushes at both, and at rest what the tool feels. C6 below 0 takes a part of the
+late acceleration drives what it should take away. Then, without a delay and as far as the springs
+hold both together,
+
+.. math::
+
+    (m + M)\,s\,v = (2 + C_5 + C_6)\,(f_h - f_e)
+
+so in motion the hand feels that part of the masses of device and tool, half of them for C5 = C6 =
+0, as its force pushes at both, and at rest what the tool feels. C6 below 0 takes a part of the
 force out of the loop.
 """
 

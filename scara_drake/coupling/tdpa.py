@@ -8,9 +8,10 @@ channel delays, loses or reorders. At every tick, per axis, with a reserve E0,
     E_{\text{out, slave}}(t)  &\le E_{\text{in, master}}(t - \tau) + E_0 \\
     E_{\text{out, master}}(t) &\le E_{\text{in, slave}}(t - \tau) + E_0
 
-This is for a hand that changes the device's velocity by no more than `turn`. A force that is
-commanded now acts from the next tick to the one after it, when the hand may have turned round; so
-it is limited by the most that it could give out in that time, and not by what it gives out now.
+This is for a device whose velocity changes by no more than `turn`, by the hand and its own
+actuators together. A force that is commanded now acts from the next tick to the one after it, when
+the device may have turned round; so it is limited by the most that it could give out in that time,
+and not by what it gives out now.
 
 The limited form of Hannaford-Ryu (2002) and Ryu-Artigas-Preusche (2010): the slave's velocity and
 the master's force are scaled within [0, 1], with no division by a small power. What is left is
@@ -192,7 +193,7 @@ class Tdpa(Coupling):
             force at a long delay and leaves a larger drift after the release.
         horizon: time over which the energy that is left may be spent.
         guard_speed: beside that of the hand's retreat, at which it is taken to be spent.
-        turn: fastest change of the device's velocity by the hand, for which the bound holds.
+        turn: fastest change of the device's velocity for which the bound holds.
         drift_gain: of the position error.
         max_speed: of the desired position at the device.
         fade_time: time constant of the received velocity while nothing arrives.

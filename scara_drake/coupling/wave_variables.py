@@ -11,7 +11,10 @@ Power is :math:`f v = u^2 / 2 - w^2 / 2`. Each end sends, beside its wave, the s
 and plays what it receives with no more energy than has arrived. Where the delay grows at the rate
 :math:`\dot\tau` that is the gain :math:`\sqrt{1 - \dot\tau}` of Lozano, Chopra and Spong (2002),
 found without knowing the delay; it also covers loss and reordering. What is left over, where
-packets were skipped, pays for a position term that takes away the drift.
+packets were skipped, pays for a position term that takes away the drift. It is spent at once, so
+the next tick without a packet is one without a wave: over jitter or loss that costs far more motion
+than the skipped waves themselves, against which a buffer or `integrals` help. With `drift_gain` 0
+the last wave is held over such a tick, and the drift stays.
 
 With `integrals` each end also sends the integral of its waves (Niemeyer and Slotine 2004). Where
 that differs from what was played, waves were skipped or repeated; the receiver makes up for it,
@@ -20,12 +23,13 @@ that differs from what was played, waves were skipped or repeated; the receiver 
 
     u \leftarrow u + \frac{1}{T} \left(\int u \, dt - \int u_{\text{played}} \, dt\right)
 
-with no more energy than has arrived either.
+with no more energy than has arrived either; of what is left over, this and the position term spend
+no more than the share 1 / T a second, so that some remains for ticks without a packet.
 
 The wave to the slave is made of the way that the device has made and the force that it had over it,
 both of the tick that is over, so it carries the true work of the hand. What a force can give out
-before it is replaced is limited as in `tdpa`, for a hand that changes the device's velocity by no
-more than `turn`. With a reserve E0, without which no force could begin, at every tick
+before it is replaced is limited as in `tdpa`, for a device whose velocity changes by no more than
+`turn`. With a reserve E0, without which no force could begin, at every tick
 
 .. math::
 
@@ -208,7 +212,7 @@ class WaveVariables(Coupling):
         drift_gain: of the position error, as far as its energy goes.
         max_speed: of that correction at the device, and of that of the integrals.
         reserve: E0 of each axis, in the master's units.
-        turn: fastest change of the device's velocity by the hand, for which it is passive.
+        turn: fastest change of the device's velocity for which it is passive.
         integrals: whether the integral of the waves is sent, which makes up for lost ones.
         integral_time: in which that is done, and in which energy that is left may be spent on it.
     """

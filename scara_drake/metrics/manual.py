@@ -13,6 +13,8 @@ moves the local one. How each is worked out from a recording is ours:
 - backdrivability: the way of the master over that of the tool, by least squares while something
   pushes the tool and the hand only holds; and what the operator has to bear in free space, b and m
   in :math:`f = b v + m \dot v` at the master.
+
+The force at the master is what is asked of the device, before the limit of its actuators.
 """
 
 from __future__ import annotations

@@ -12,6 +12,9 @@ reference was within the range.
 Compliance: 15 %, the best that was found where work and terminal force told nothing; 8 % where they
 do (both Tan, Durlach, Shao and Wei, ASME DSC 49, 1993), and 22 % where they mislead (Tan, Durlach,
 Beauregard and Srinivasan, Perception & Psychophysics 57, 1995). For velocity there is none here.
+
+The force at the master is what is asked of the device, before the limit of its actuators: at that
+limit a hand feels less, and more of an error than is told here.
 """
 
 from __future__ import annotations

@@ -80,7 +80,8 @@ def _noticed(data: xr.Dataset) -> Claim:
             bool((share.sel(band=share.band <= STANDARD) < RARELY).all())
             and bool(share.sel(band=most) > OFTEN),
         ),
-        "The JND of a force is 7 %, so that Weber's law at k = 10 % is just about to be felt.",
+        "The JND of a force is 7 %, so a change of 10 % can be felt; it rarely is, as a press is "
+        "mostly a hold, in which next to nothing is left out.",
         OURS,
     )
 

@@ -245,8 +245,9 @@ def _jitter(waves: xr.Dataset, raw: list[str]) -> Claim:
             "and over none of them through one",
             bool((off[plain] > APART).any()) and bool((off[buffer] <= APART).all()),
         ),
-        "Of packets that arrive together or out of order only the newest is played, and a wave "
-        "that is not played is motion that never happens. The one in a hundred that comes too late "
-        "for the buffer is what is still apart at single frequencies.",
+        "Of packets that arrive together or out of order only the newest is played, and what the "
+        "others leave the waves' term against drift spends at once, so a tick without a packet is "
+        "one without motion. The one in a hundred that comes too late for the buffer is what is "
+        "still apart at single frequencies.",
         OURS,
     )  # fmt: skip

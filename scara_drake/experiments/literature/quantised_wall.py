@@ -117,8 +117,8 @@ def claims(data: xr.Dataset) -> list[Claim]:
     bound = Quantity(tuple(data.bound.values.tolist()), "N/m", names=names)
     return [
         Claim(
-            "A virtual wall gives no user energy up to K = min(2 b / T, 2 f_c / count), and does "
-            "beyond",
+            "Abbott and Okamura (from memory): a virtual wall gives no user energy up to K = "
+            "min(2 b / T, 2 f_c / count), and does beyond",
             bound,
             found,
             Criterion(
@@ -128,6 +128,7 @@ def claims(data: xr.Dataset) -> list[Claim]:
             ),
             "Who crosses the edge of a count with each sample gets K times the count on a way for "
             "which only Coulomb friction asks anything.",
+            OURS,
         ),
         Claim(
             "Below the bound, users at random get nothing",

@@ -72,8 +72,9 @@ def _jitter(data: xr.Dataset) -> list[Claim]:
                 and bool(abs(behind - short) < 0.1 * (jittery - short))
                 and spread < 0.1,
             ),
-            "A wave that is overtaken is never played, and is motion that never happens; TDPA "
-            "sends positions, of which the newest is enough.",
+            "A wave that is overtaken is never played. What it leaves the term against drift "
+            "spends at once, so a tick without a packet is one without motion; see drift_gain of "
+            "`WaveVariables`. TDPA sends positions, of which the newest is enough.",
             OURS,
         )
     ]
