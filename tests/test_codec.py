@@ -269,6 +269,11 @@ def test_a_press_needs_a_tenth_of_the_packets_and_is_the_same() -> None:
             {"channel.preset": "5g", "channel.codec.keep_alive": "-1"},
             "channel.codec.keep_alive: -1.0, allowed above 0",
         ),
+        (
+            "bilateral",
+            {"channel.preset": "5g", "channel.codec.keep_alive": "1e-4"},
+            "channel.codec.keep_alive: 0.0001 s, allowed from 0.001 s",
+        ),
         ("bilateral", {"channel.preset": "5g", "channel.codec.k": 0.1}, "channel.codec.k"),
         (
             "teleoperation",

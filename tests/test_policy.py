@@ -186,6 +186,18 @@ def test_without_a_policy_nothing_is_added():
             {"operator.policy": "!MoveAndWait {}", "operator.sweep.amplitude": 0.1},
             "operator.sweep.amplitude",
         ),
+        (
+            {"operator.policy": "!Continuous {work: !Reach {places: []}}"},
+            "operator.policy.work.places: []",
+        ),
+        (
+            {"operator.policy": "!Continuous {work: !Press {places: []}}"},
+            "operator.policy.work.places: []",
+        ),
+        (
+            {"operator.policy": "!Continuous {}", "operator.device": "touch"},
+            "operator.policy.work.places[0]: 0.1 m from the centre, allowed up to 0.075 m",
+        ),
         ({"operator.policy": "!Guess {}"}, "Guess"),
     ],
 )

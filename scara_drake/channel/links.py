@@ -48,7 +48,8 @@ class Channel:
 
         Raises:
             ValueError: an unknown preset, a link whose delay exceeds max_delay, or a watch over a
-                link without packets, or a codec before one.
+                link without packets, or a codec before one or with less than a send period to
+                be silent.
         """
         if self.preset:
             checks.choice(f"{name}.preset", self.preset, PRESETS)
@@ -72,8 +73,16 @@ class Channel:
         if self.watch is not None and not isinstance(self.link("up"), Packets):
             raise ValueError(f"{name}.watch: set, allowed where {name}.up is !Packets")
         for direction in ("up", "down"):
-            if self.codec is not None and not isinstance(self.link(direction), Packets):
+            link = self.link(direction)
+            if self.codec is None:
+                continue
+            if not isinstance(link, Packets):
                 raise ValueError(f"{name}.codec: set, allowed where {name}.{direction} is !Packets")
+            if self.codec.keep_alive < link.send_period:
+                raise ValueError(
+                    f"{name}.codec.keep_alive: {self.codec.keep_alive:g} s, allowed from "
+                    f"{link.send_period:g} s, the send period of {name}.{direction}"
+                )
 
     def check_sampling(self, name: str, period: float) -> None:
         """Check that the links that stand suit the time step `period` [s].

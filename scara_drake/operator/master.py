@@ -94,9 +94,9 @@ class Master:
         """Check the targets against their times and the device, and that one alone moves the hand.
 
         Raises:
-            ValueError: targets without a time, times that do not rise, targets outside the device's
-                workspace, a field that a device of a name has of its own, or a sweep beside a
-                policy.
+            ValueError: targets without a time, times that do not rise, targets or places of a
+                policy outside the device's workspace, a field that a device of a name has of its
+                own, or a sweep beside a policy.
         """
         if self.policy is not None:
             checks.number(f"{name}.sweep.amplitude (with a policy)", self.sweep.amplitude, 0.0, 0.0)
@@ -117,11 +117,14 @@ class Master:
                         f"only, {self.device} has its own"
                     )
         end = self.hardware().workspace or math.inf
-        for index, target in enumerate(self.targets):
-            way = math.hypot(*target) + self.sweep.amplitude
+        where, places, more = f"{name}.targets", self.targets, " with the sweep"
+        if self.policy is not None:
+            where, places, more = f"{name}.policy.work.places", self.policy.work.places, ""
+        for index, place in enumerate(places):
+            way = math.hypot(*place) + self.sweep.amplitude
             if way > end:
                 raise ValueError(
-                    f"{name}.targets[{index}]: {way:g} m from the centre with the sweep, allowed "
+                    f"{where}[{index}]: {way:g} m from the centre{more}, allowed "
                     f"up to {end:g} m, the workspace of the device"
                 )
 

@@ -42,6 +42,11 @@ SEEDS = 2**53  # seeds are kept beside numbers, and these are exact
 _BACK_AND_FORTH = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.0]]
 
 
+def _check_places(name: str, places: list[list[float]]) -> None:
+    if not places:
+        raise ValueError(f"{name}.places: [], allowed one row or more")
+
+
 @dataclass
 class Reach:
     """Bring the tool to places, one after the other, as Ferrell's operators did.
@@ -55,6 +60,14 @@ class Reach:
     places: list[list[float]] = rows(_BACK_AND_FORTH, "m", -REACH, REACH)
     tolerance: float = number(0.004, "m", 1e-4, 0.1)
     stay: float = number(0.0, "s", 0.0, 60.0)
+
+    def check_together(self, name: str) -> None:
+        """Check that there is something to do.
+
+        Raises:
+            ValueError: there is no place.
+        """
+        _check_places(name, self.places)
 
     def stages(self) -> Iterator[Array]:
         """Yield the stages of the work, rows of `STAGE`."""
@@ -83,11 +96,12 @@ class Press:
     hold: float = number(0.5, "s", 0.0, 60.0)
 
     def check_together(self, name: str) -> None:
-        """Check that the normal is one.
+        """Check that there is a place, and that the normal is one.
 
         Raises:
-            ValueError: it has no length.
+            ValueError: there is none, or the normal has no length.
         """
+        _check_places(name, self.places)
         if not math.hypot(*self.normal) > 0.0:
             raise ValueError(f"{name}.normal: {self.normal}, allowed all but zero")
 
