@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
+import device_table  # the file beside this one
 import numpy as np
 import xarray as xr
 from rich.box import SIMPLE_HEAD
@@ -204,15 +205,22 @@ def told(figure: str, case: str, stable: bool) -> bool:
     return figure in ALWAYS or (stable and not (figure in TOUCHING and case == "free"))
 
 
-def write(folder: Path, grids: Sequence[Grid], claims: Sequence[Claim], command: str) -> None:
-    """Write couplings.md."""
+def write(
+    folder: Path, grids: Sequence[Grid], claims: Sequence[Claim], more: Sequence[str]
+) -> None:
+    """Write couplings.md, with further lines at its end."""
     folder.mkdir(parents=True, exist_ok=True)
     taking_part = ", ".join(f"{name} {version}" for name, version in versions().items())
     lines = ["# Bilateral couplings over the named channels", ""]
-    lines += [f"{date.today().isoformat()}; {taking_part}.", "", f"Written by `{command}`.", ""]
+    lines += [
+        f"{date.today().isoformat()}; {taking_part}.",
+        "",
+        "Written by `python benchmarks/couplings.py`.",
+        "",
+    ]
     lines += [line for text in LEGEND for line in (text, "")]
     lines += [f"- {sentence(claim)}" for claim in claims]
-    lines += ["", *(line for grid in grids for line in grid.markdown())]
+    lines += ["", *(line for grid in grids for line in grid.markdown()), *more]
     (folder / "couplings.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
 
 
@@ -241,7 +249,7 @@ def main(arguments: list[str] | None = None) -> None:
     for claim in experiment.claims:
         console.print(f"{sentence(claim)}\n", highlight=False)
     if options.output:
-        write(options.output, grids, experiment.claims, "python benchmarks/couplings.py")
+        write(options.output, grids, experiment.claims, device_table.section(options.jobs))
         console.print(f"Results: {options.output / 'couplings.md'}")
     console.print(f"{time.perf_counter() - begin:.0f} s")
 

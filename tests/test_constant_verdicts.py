@@ -49,9 +49,20 @@ ELSEWHERE = {
     "figures_20_27": "test_figures_20_28.py",
     "figure_28": "test_figures_20_28.py",
 }
+# What takes tens of seconds is done at night.
+LONG = {
+    "dead_band",
+    "delay_against_loss",
+    "devices",
+    "displayed_impedance",
+    "operators_under_delay",
+    "standard_cases",
+}
 
 
-@pytest.mark.parametrize("name", JUDGED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in JUDGED]
+)
 def test_a_verdict_that_is_a_constant_would_be_noticed(name):
     file, run, judge = JUDGED[name]
     module = importlib.import_module(file)

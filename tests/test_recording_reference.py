@@ -39,13 +39,21 @@ def test_a_run_has_the_variables_and_attributes_that_are_told(name: str, setting
     text = recording.attrs["scenario"]
     holds = {
         "the operator's device is a live one": False,
-        "the operator is a `!Trainee`": "operator: !Trainee" in text,
         "the operator is supervised": scenario.supervision is not None,
         "the scenario has `environment.cut`": scenario.environment.cut is not None,
         "the scenario has `kinesthetic`": scenario.kinesthetic is not None,
         "the operator is a `!Master`": "operator: !Master" in text,
         "the device of a `!Master` has encoders with a resolution": "device: touch" in text,
         "a command crosses the channel": "operator: !JointMotion" not in text,
+        "the operator has a `policy`": "policy: !" in text,
+        "the operator is a `!Trainee`, or a `!Master` with a `policy`": (
+            "operator: !Trainee" in text or "policy: !" in text
+        ),
+        "the operator has a `policy` and the downlink has packets": (
+            "policy: !" in text and "down: !Packets" in text
+        ),
+        "the uplink has a `playout`": "playout: !Playout" in text,
+        "the downlink has a `playout`": "playout: !Playout" in text,
         "the uplink has packets": "up: !Packets" in text,
         "the downlink has packets": "down: !Packets" in text,
         "the scenario has `channel.watch`": scenario.channel.watch is not None,
