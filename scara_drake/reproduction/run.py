@@ -22,6 +22,9 @@ from scara_drake.reproduction.workers import Workers
 # Begin before the others, in this order: a long one that begins last would run alone.
 LONGEST: Final = (
     "couplings",
+    "operators_under_delay",
+    "displayed_impedance",
+    "delay_against_loss",
     "table_7",
     "stability",
     "figures_29_30",
