@@ -51,12 +51,18 @@ ELSEWHERE = {
 }
 # What takes tens of seconds is done at night.
 LONG = {
+    "couplings",
     "dead_band",
     "delay_against_loss",
     "devices",
     "displayed_impedance",
+    "figures_29_30",
     "operators_under_delay",
+    "perturbation_observer",
+    "stability",
     "standard_cases",
+    "table_7",
+    "table_10",
 }
 
 

@@ -183,7 +183,10 @@ def test_an_interrupt_keeps_what_was_recorded(tmp_path):
     assert load_recording(journal).identical(result.recording)
 
 
-@pytest.mark.parametrize(("engine", "duration"), [("drake", 3.0), ("compiled", 150.0)])
+@pytest.mark.parametrize(
+    ("engine", "duration"),
+    [("drake", 3.0), pytest.param("compiled", 150.0, marks=pytest.mark.slow)],
+)
 def test_memory_stays_flat_while_it_runs(tmp_path, engine, duration):
     """What is held between blocks does not grow with them: the samples are in the journal."""
     held = []

@@ -9,7 +9,8 @@ rest: some signals :math:`y_i` come late,
 
 With two channels, there and back, and constant delays these add up, so all the delay can stand at
 one of them. Then a root crosses the imaginary axis where :math:`|G(i \omega)| = 1`, with
-:math:`G(s) = c^T (s I - A)^{-1} b`, and there first at the delay :math:`\arg G(i \omega) / \omega`.
+:math:`G(s) = c^T (s I - A)^{-1} b`, and there first at the delay
+:math:`\operatorname{arg} G(i \omega) / \omega`.
 The frequencies are the imaginary eigenvalues of a Hamiltonian matrix, so none is missed between the
 points of a grid.
 """
