@@ -55,6 +55,35 @@ def picture(text: bytes) -> Any:
     return lambda: [text]
 
 
+class GatedSocket(Socket):
+    """Sends when its gate opens."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.gate = asyncio.Event()
+
+    async def _read(self) -> None:
+        await self.gate.wait()
+
+
+@pytest.mark.parametrize("steps", range(6))
+def test_a_page_that_is_left_while_a_message_goes_out_is_left(steps: int) -> None:
+    async def scene() -> None:
+        socket = GatedSocket()
+        client = Client(1, socket, [], True)
+        client.show({"type": "telemetry"}, 0.0, None)  # type: ignore[typeddict-item]
+        task = asyncio.create_task(client.send(lambda: 0.0))
+        await settle()
+        socket.gate.set()
+        for _ in range(steps):  # wherever the message is on its way out
+            await asyncio.sleep(0)
+        task.cancel()
+        await asyncio.wait([task], timeout=1.0)
+        assert task.cancelled()
+
+    asyncio.run(scene())
+
+
 def test_a_page_that_draws_slowly_gets_the_newest_picture_only() -> None:
     async def scene() -> None:
         socket = Socket()

@@ -98,6 +98,7 @@ async def _close(client: Client, websocket: WebSocket, results: list[BaseExcepti
             words = str(error) or "it does not read"
             LOG.warning("Station: client %d is sent away: %s", client.number, words)
             with suppress(Exception):
-                await asyncio.wait_for(websocket.close(code, words[:100]), CLOSE_TIME)
+                async with asyncio.timeout(CLOSE_TIME):
+                    await websocket.close(code, words[:100])
         elif isinstance(error, Exception) and not isinstance(error, WebSocketDisconnect):
             LOG.error("Station: client %d: %r", client.number, error)

@@ -110,7 +110,10 @@ class Client:
                 self._shown += 1
                 self._in_flight[self._shown] = wall
                 message = pack(self._shown, commands())
-                await asyncio.wait_for(self._socket.send_bytes(message), SEND_TIMEOUT)
+                async with asyncio.timeout(SEND_TIMEOUT):
+                    await self._socket.send_bytes(message)
 
     async def _send_text(self, text: str) -> None:
-        await asyncio.wait_for(self._socket.send_text(text), SEND_TIMEOUT)
+        # Not by wait_for: where a message is out just then, that forgets to be cancelled.
+        async with asyncio.timeout(SEND_TIMEOUT):
+            await self._socket.send_text(text)
