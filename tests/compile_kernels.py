@@ -16,13 +16,24 @@ from scara_drake.scenario import scenario_names
 
 X_WE = kinematics.forward_kinematics([5.0, 0.3, 0.2, 0.4, 0.5, 0.1])
 SOLVERS = ""
+COUPLINGS = [
+    {"coupling": f"!{kind} {{}}"}
+    for kind in ("Direct", "PositionDamping", "WaveVariables", "FourChannel", "ModelMediated")
+]
+PARTS = [
+    {"channel.preset": "5g", "channel.playout": "recommended", "channel.codec": "{}"},
+    {"channel.up": "!Packets {playout: !Playout {kind: adaptive}, shadow: {}}"},
+    {"operator.policy": "!MoveAndWait {}"},
+    {"operator.policy": "!Continuous {}"},
+    {"operator.device": "touch"},
+]
 
 
 def compile_kernels() -> None:
     """Ask for the kernels of the solvers and of the shipped scenarios, in two processes.
 
     First the solvers beside the plant and the controllers, then what a supervisor adds beside all
-    other scenarios.
+    other scenarios, and at last what a bilateral scenario may have.
     """
     scenarios = {name: load_scenario(name) for name in scenario_names()}
     of_joints = [n for n, each in scenarios.items() if isinstance(each.operator, JointMotion)]
@@ -31,6 +42,7 @@ def compile_kernels() -> None:
     with ProcessPoolExecutor(2, get_context("spawn")) as processes:
         for beside in (([SOLVERS], of_joints), (supervised, others)):
             list(processes.map(compile_some, beside))
+        list(processes.map(compile_bilateral, (COUPLINGS, PARTS)))
 
 
 def compile_some(names: Sequence[str]) -> None:
@@ -42,6 +54,12 @@ def compile_some(names: Sequence[str]) -> None:
         for method in METHODS:
             ik.solve(X_WE, method)
         ik.solve_all(X_WE)
+
+
+def compile_bilateral(settings: Sequence[dict[str, str]]) -> None:
+    """Compile what the scenario `bilateral` needs with other settings, one after the other."""
+    for each in settings:
+        simulate(load_scenario("bilateral", each), duration=0.01, engine="drake")
 
 
 if __name__ == "__main__":
