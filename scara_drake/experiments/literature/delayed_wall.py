@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from scara_drake.common import checks
+from scara_drake.common.bisection import bracket
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, at_least, within
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.operator.device_motion import move_device
@@ -163,11 +164,7 @@ def _second_half_is_larger(x: Array) -> bool:
 
 
 def _boundary(grows: Callable[[float], bool], near: float) -> float:
-    low, high = 0.5 * near, 2.0 * near
-    while high - low > PRECISION * high:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if grows(middle) else (middle, high)
-    return 0.5 * (low + high)
+    return 0.5 * sum(bracket(grows, 0.5 * near, 2.0 * near, PRECISION))
 
 
 @njit(cache=True)

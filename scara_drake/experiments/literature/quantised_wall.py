@@ -25,6 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scara_drake.common import checks
+from scara_drake.common.bisection import bracket
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import Quantity, quantity
 from scara_drake.operator.device_motion import device_of, move_device
@@ -162,10 +163,7 @@ def largest_passive(wall: Wall, counts: int) -> float:
     low, high = 0.0, wall.bound()
     while not gives(high):
         low, high = high, 2.0 * high
-    while high - low > PRECISION * high:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if gives(middle) else (middle, high)
-    return high
+    return bracket(gives, low, high, PRECISION)[1]
 
 
 def least_work(wall: Wall, users: int, random: np.random.Generator) -> float:

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scara_drake.common.bisection import bracket
 from scara_drake.stability.certificates.exact import exact, is_positive_definite
 from scara_drake.stability.certificates.loop import Loop, is_stable
 from scara_drake.stability.certificates.semidefinite import propose
@@ -61,10 +62,7 @@ def varying_delay(loop: Loop, longest: float = 10.0) -> float:
     low, high = 0.0, 2.0**-6
     while high <= longest * unit and proven(high):
         low, high = high, 2.0 * high
-    while high - low > CLOSE * high and high > LEAST:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if proven(middle) else (low, middle)
-    return low / unit
+    return bracket(lambda h: not proven(h), low, high, CLOSE, LEAST)[0] / unit
 
 
 def _falls_up_to(h: float, loop: Loop, p: Any, d: Any) -> Any:

@@ -20,6 +20,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scara_drake.common.bisection import bracket
 from scara_drake.coupling.direct import Direct
 from scara_drake.coupling.ends import Coupling
 from scara_drake.coupling.position_damping import PositionDamping
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 OMEGA: Final = np.geomspace(1e-3, 1e4, 4000)  # [rad/s]
 ROUNDING = 1e-9
 LONGEST, CLOSE = 10.0, 1e-4  # [s], and relative, of a delay that is looked for
+LEAST = 1e-6  # [s], below which it is none
 
 
 class TwoPort(NamedTuple):
@@ -96,11 +98,7 @@ def absolute_delay(coupling: Coupling, master: Master, bandwidth: float) -> floa
         return None
     if stable(LONGEST):
         return np.inf
-    low, high = 0.0, LONGEST
-    while high - low > CLOSE * high and high > 1e-6:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+    return bracket(lambda delay: not stable(delay), 0.0, LONGEST, CLOSE, LEAST)[0]
 
 
 def _direct(coupling: Any, device: Any, bandwidth: float, delay: float, s: Any) -> TwoPort:
