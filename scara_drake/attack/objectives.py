@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scara_drake import metrics
 from scara_drake.common import checks
 from scara_drake.coupling.tdpa import Tdpa
-from scara_drake.metrics import bilateral
+from scara_drake.metrics import bilateral, hand_press
 from scara_drake.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -65,11 +65,9 @@ def drift_left(scenario: Scenario, recording: xr.Dataset) -> float:
     """
     master: Any = scenario.operator
     end = float(recording.time[-1])
-    rest = end - LAST
-    if end < scenario.duration - scenario.time_step or master.times[-1] > rest:
+    if end < scenario.duration - scenario.time_step or master.times[-1] > end - LAST:
         raise ValueError("the run ends before the hand has let go")
-    left = bilateral.drift(recording, scenario.coupling.position_scale)
-    return float(left.sel(time=slice(rest, None)).max())
+    return hand_press.drift_left(recording, end, scenario.coupling.position_scale, LAST)
 
 
 def press_error(scenario: Scenario, recording: xr.Dataset) -> float:
@@ -78,7 +76,8 @@ def press_error(scenario: Scenario, recording: xr.Dataset) -> float:
     Raises:
         ValueError: the hand does not press and let go.
     """
-    held = _pressed(scenario, recording)
+    master: Any = scenario.operator
+    held = hand_press.steady(recording, master)
     error = bilateral.position_error(recording, scenario.coupling.position_scale)
     return float(metrics.rmse(error.sel(time=held.time)))
 
@@ -90,21 +89,9 @@ def unrest(scenario: Scenario, recording: xr.Dataset) -> float:
         ValueError: the hand does not press and let go.
     """
     master: Any = scenario.operator
-    ripple = bilateral.force_ripple(_pressed(scenario, recording))
+    ripple = bilateral.force_ripple(hand_press.steady(recording, master))
     way = float(np.linalg.norm(master.targets[1]))
     return ripple / (bilateral.SWING * master.hand_stiffness * way)
-
-
-def _pressed(scenario: Scenario, recording: xr.Dataset) -> xr.Dataset:
-    """Return the steady part of the press.
-
-    Raises:
-        ValueError: the hand does not press and let go.
-    """
-    times = scenario.operator.times  # type: ignore[union-attr]  # of a master
-    if len(times) < 3 or recording.time[-1] < times[2]:
-        raise ValueError("the hand does not press and let go")
-    return bilateral.steady_press(recording, times[1], times[2])
 
 
 def invariant_breach(scenario: Scenario, recording: xr.Dataset) -> float:

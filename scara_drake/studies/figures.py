@@ -12,7 +12,7 @@ import xarray as xr
 
 from scara_drake import metrics
 from scara_drake.joints import JOINT_NAMES, JOINT_UNITS
-from scara_drake.metrics import bilateral
+from scara_drake.metrics import bilateral, hand_press
 from scara_drake.metrics.manual import (
     backdrivability,
     displayed_stiffness,
@@ -103,26 +103,8 @@ def _coupled(recording: xr.Dataset) -> xr.Dataset:
     return recording
 
 
-def _stable(scenario: Scenario, recording: xr.Dataset) -> bool:
-    master: Any = scenario.operator
-    begin, end = _press(scenario, recording)
-    return bilateral.is_stable_press(
-        _coupled(recording),
-        begin=begin,
-        end=end,
-        way=float(np.linalg.norm(master.targets[1])),
-        stiffness=master.hand_stiffness,
-        mass=master.hardware().mass,
-    )
-
-
-def _press(scenario: Scenario, recording: xr.Dataset) -> tuple[float, float]:
-    """Return when the hand has arrived, and when it begins to let go [s]."""
-    _coupled(recording)
-    times = getattr(scenario.operator, "times", [])
-    if len(times) < 3 or recording.time[-1] < times[2]:
-        raise ValueError("the hand does not press and let go")
-    return times[1], times[2]
+def _master(scenario: Scenario) -> Any:
+    return scenario.operator
 
 
 def _coupling(scenario: Scenario) -> Any:
@@ -201,12 +183,13 @@ METRICS: Final[dict[str, Metric]] = {
     ),
     "stable": Metric(
         "1", "the force rests while the hand presses, and nothing but the hand moves the device",
-        _stable, whole=True, flag=True,
+        lambda scenario, recording: hand_press.is_stable(_coupled(recording), _master(scenario)),
+        whole=True, flag=True,
     ),
     "force_ripple": Metric(
         "N", "force at the master while the hand presses steadily, standard deviation",
         lambda scenario, recording: bilateral.force_ripple(
-            bilateral.steady_press(recording, *_press(scenario, recording))
+            hand_press.steady(_coupled(recording), _master(scenario))
         ), whole=True,
     ),
     "master_force_peak": Metric(

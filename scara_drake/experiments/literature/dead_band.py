@@ -25,8 +25,7 @@ from scara_drake.channel.packets import Packets
 from scara_drake.common import checks
 from scara_drake.experiments.claim import Experiment
 from scara_drake.experiments.literature.dead_band_claims import EVERY, STANDARD, claims
-from scara_drake.experiments.teleoperation import hand_press
-from scara_drake.metrics import bilateral
+from scara_drake.metrics import bilateral, hand_press
 from scara_drake.metrics.links import HEADER, LINKS, NUMBER
 from scara_drake.metrics.noticed import force_jnd
 from scara_drake.operator.master import Master

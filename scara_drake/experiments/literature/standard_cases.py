@@ -25,8 +25,8 @@ from scara_drake.coupling.layouts import PACKET
 from scara_drake.coupling.wave_variables import DOWN, UP, WaveVariables, wave_master, wave_slave
 from scara_drake.experiments.claim import OURS, Claim, Criterion, Experiment, within
 from scara_drake.experiments.quantity import quantity
-from scara_drake.experiments.teleoperation import hand_press
 from scara_drake.metrics import bilateral as bilateral_metrics
+from scara_drake.metrics import hand_press
 from scara_drake.operator.device_motion import move_device
 from scara_drake.operator.master import Master
 from scara_drake.recordings.labels import labelled

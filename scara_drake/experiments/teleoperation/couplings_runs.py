@@ -15,9 +15,10 @@ from scara_drake.channel.links import Channel, Link
 from scara_drake.channel.packets import Packets
 from scara_drake.channel.playout import Playout
 from scara_drake.channel.presets import PRESETS
-from scara_drake.experiments.teleoperation import hand_press, hand_sweep
+from scara_drake.experiments.teleoperation import hand_sweep
 from scara_drake.experiments.teleoperation.hand_sweep import HandSweep
 from scara_drake.metrics import bilateral as bilateral_metrics
+from scara_drake.metrics import hand_press
 from scara_drake.operator.master import Master
 from scara_drake.scenario import Scenario, load_scenario
 from scara_drake.simulation.run import simulate

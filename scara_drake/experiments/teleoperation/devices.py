@@ -18,10 +18,10 @@ import xarray as xr
 from scara_drake.channel.links import Channel
 from scara_drake.common.parallel import side_by_side
 from scara_drake.experiments.claim import Experiment
-from scara_drake.experiments.teleoperation import hand_press
 from scara_drake.experiments.teleoperation.couplings import COUPLINGS, LINKS
 from scara_drake.experiments.teleoperation.devices_claims import claims
 from scara_drake.metrics import bilateral as bilateral_metrics
+from scara_drake.metrics import hand_press
 from scara_drake.operator.kinesthetic_devices import OWN
 from scara_drake.operator.master import Master
 from scara_drake.recordings.labels import labelled
